@@ -1,0 +1,18 @@
+"""The one error a user is meant to see."""
+
+
+class InputError(Exception):
+    """Bad input, told in one line.
+
+    Parameters
+    ----------
+    where : str
+        The file (or command-line option) that holds the bad value.
+    what : str
+        The field, the value found and what is allowed.
+    """
+
+    def __init__(self, where: object, what: str) -> None:
+        super().__init__(f"{where}: {what}")
+        self.where = str(where)
+        self.what = what

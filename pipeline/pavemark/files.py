@@ -1,0 +1,50 @@
+"""A file is there whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from pavemark.errors import InputError
+
+
+def write(path: Path, data: bytes | str) -> None:
+    """Write a file aside, sync it and rename it into place.
+
+    Parameters
+    ----------
+    path : Path
+        Its folder is made where it lacks.
+    data : bytes or str
+        Text is written as UTF-8.
+
+    Raises
+    ------
+    InputError
+        When the folder or the file cannot be written, or the disk is full; nothing is left behind.
+    """
+    path = Path(path)
+    aside = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            with aside.open("wb") as stream:
+                stream.write(data.encode() if isinstance(data, str) else data)
+                stream.flush()
+                os.fsync(stream.fileno())
+            aside.replace(path)
+        except BaseException:
+            aside.unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise InputError(path, f"cannot be written: {error.strerror}") from None
+
+
+def png(image: np.ndarray) -> bytes:
+    """A PNG of an (H, W) or (H, W, 3) RGB array of uint8, or an (H, W) array of uint16."""
+    if image.ndim == 3:
+        image = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
+    return cv2.imencode(".png", image, [cv2.IMWRITE_PNG_COMPRESSION, 3])[1].tobytes()

@@ -1,0 +1,58 @@
+"""The plate: a real image cleaned of its markings, with what is known of its ground."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from functools import cached_property
+
+import attrs
+import numpy as np
+
+from pavemark.ground import Frame
+from pavemark.records import unstructure
+from pavemark.scene import RGB, PlateRef
+
+
+@attrs.define(frozen=True, eq=False, slots=False)
+class Plate:
+    """A clean background.
+
+    Attributes
+    ----------
+    name : str
+        Stem of the image it was made from.
+    frame : Frame
+    image : ndarray (H, W, 3) uint8
+        Display sRGB, channels R, G, B. Pixels that are not ground are those of the input image.
+    ground : ndarray (H, W) bool
+        Where paint may lie: not the ego car, not what the mask calls not-ground.
+    markings : ndarray (H, W) bool
+        Where the input image had markings.
+    source : ndarray (H, W, 3) uint8
+        The input image, for the preview and for re-painting its own markings.
+    ratios : tuple of RGB
+        Reflectance ratios (linear light) of the former markings to the ground beside them, one a marking; empty
+        when the image had none.
+    """
+
+    name: str
+    frame: Frame
+    image: np.ndarray
+    ground: np.ndarray
+    markings: np.ndarray
+    source: np.ndarray
+    ratios: tuple[RGB, ...] = ()
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of all that an image made from this plate depends on."""
+        digest = hashlib.sha256(json.dumps(unstructure(self.frame), sort_keys=True).encode())
+        for array in (self.image, np.packbits(self.ground)):
+            digest.update(np.ascontiguousarray(array).tobytes())
+        return digest.hexdigest()
+
+    @property
+    def ref(self) -> PlateRef:
+        """The plate as a scene names it."""
+        return PlateRef(self.name, self.sha256, self.frame)
