@@ -1,0 +1,36 @@
+# The README's commands. Python and packages live in .venv, made by .ci/setup when it lacks or pyproject.toml changes.
+.PHONY: demo test lint format bench demo-images clean setup
+
+python := .venv/bin/python
+DEMO := demo-out
+
+demo: setup
+	.venv/bin/pavemark render assets/demo/job.toml --out $(DEMO)
+	.venv/bin/pavemark preview $(DEMO)
+	@echo "Images and labels: $(CURDIR)/$(DEMO)"
+	@echo "All at a glance:   $(CURDIR)/$(DEMO)/preview.png"
+
+# Slow tests measure time or use every core themselves, so they run alone.
+test: setup
+	$(python) -m pytest -m "not slow" --numprocesses 2
+	$(python) -m pytest -m slow
+
+lint: setup
+	$(python) -m ruff check .
+	$(python) -m ruff format --check .
+
+format: setup
+	$(python) -m ruff check --fix .
+	$(python) -m ruff format .
+
+bench: setup
+	$(python) tests/bench/bench.py
+
+demo-images: setup
+	$(python) -m blender_addon.carpark --out assets/demo
+
+clean:
+	rm -rf .venv build dist $(DEMO) pipeline/pavemark.egg-info .pytest_cache .ruff_cache .hypothesis
+
+setup:
+	@.ci/setup
