@@ -1,0 +1,51 @@
+"""sRGB both ways (IEC 61966-2-1). Display values are 8-bit levels 0 to 255, as float where they are not yet rounded."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def to_linear(levels: np.ndarray) -> np.ndarray:
+    """Linear light, 0 to 1, of display levels.
+
+    Parameters
+    ----------
+    levels : ndarray (...) uint8
+        Display sRGB.
+
+    Returns
+    -------
+    ndarray (...) float64
+    """
+    return LINEAR[levels]
+
+
+def to_display(linear: np.ndarray) -> np.ndarray:
+    """Display levels 0 to 255, not rounded, of linear light (..., float) from 0 to 1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> to_display(to_linear(np.array([0, 1, 10, 118, 255], np.uint8))).round(9)
+    array([  0.,   1.,  10., 118., 255.])
+    """
+    curve = 1.055 * np.power(np.maximum(linear, 0.0031308), 1 / 2.4) - 0.055
+    return 255 * np.where(linear <= 0.0031308, 12.92 * linear, curve)
+
+
+def within_gamut(colour: np.ndarray, most: float) -> np.ndarray:
+    """Colours (..., 3) scaled down, hue kept, until no channel exceeds `most`; negative light is none."""
+    colour = np.maximum(colour, 0.0)
+    peak = np.maximum(np.maximum(colour[..., 0], colour[..., 1]), colour[..., 2])
+    return colour * (most / np.maximum(peak, most))[..., None]
+
+
+def quantise(levels: np.ndarray) -> np.ndarray:
+    """Display levels (..., float) → uint8: rounded to nearest (halves to even, so without bias), clipped."""
+    return np.clip(np.rint(levels), 0, 255).astype(np.uint8)
+
+
+_LEVELS = np.arange(256) / 255
+LINEAR = np.where(_LEVELS <= 0.04045, _LEVELS / 12.92, ((_LEVELS + 0.055) / 1.055) ** 2.4)
+"""Linear light (256,) float64 of each 8-bit display level."""
+LINEAR.setflags(write=False)
