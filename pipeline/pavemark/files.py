@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import socket
 from pathlib import Path
 
 import cv2
 import numpy as np
 
 from pavemark.errors import InputError
+
+_HOST = socket.gethostname().replace(".", "-")
 
 
 def write(path: Path, data: bytes | str) -> None:
@@ -27,7 +30,7 @@ def write(path: Path, data: bytes | str) -> None:
         When the folder or the file cannot be written, or the disk is full; nothing is left behind.
     """
     path = Path(path)
-    aside = path.with_name(f".{path.name}.{os.getpid()}.part")
+    aside = _aside(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
@@ -41,6 +44,28 @@ def write(path: Path, data: bytes | str) -> None:
             raise
     except OSError as error:
         raise InputError(path, f"cannot be written: {error.strerror}") from None
+
+
+def _aside(path: Path) -> Path:
+    # Host and process: shards on several machines, containers above all, share process ids and write into one folder.
+    return path.with_name(f".{path.name}.{_HOST}.{os.getpid()}.part")
+
+
+def sweep(folder: Path) -> None:
+    """Remove from a folder what writers of this host left aside when they were killed."""
+    for aside in Path(folder).glob(f".*.{_HOST}.*.part"):
+        if not _alive(int(aside.name.split(".")[-2])):
+            aside.unlink(missing_ok=True)
+
+
+def _alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    return True
 
 
 def png(image: np.ndarray) -> bytes:

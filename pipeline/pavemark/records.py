@@ -5,6 +5,7 @@ The Scene and the job file are both records: one reader serves JSON and TOML.
 
 from __future__ import annotations
 
+import difflib
 import json
 import math
 import types
@@ -128,8 +129,11 @@ def structure(cls: type[T], data: Any, where: object) -> T:
 
 def _say(error: BaseException, kind: type | None) -> str:
     if isinstance(error, ForbiddenExtraKeysError):
-        known = ", ".join(sorted(field.name for field in attrs.fields(error.cl)))
-        return f"unknown field {', '.join(sorted(error.extra_fields))} (known: {known})"
+        known = sorted(field.name for field in attrs.fields(error.cl))
+        unknown = sorted(error.extra_fields)
+        meant = [near[0] for near in (difflib.get_close_matches(field, known, 1) for field in unknown) if near]
+        asked = f"did you mean {', '.join(meant)}? " if meant else ""
+        return f"unknown field {', '.join(unknown)} ({asked}known: {', '.join(known)})"
     if isinstance(error, KeyError):
         return f"field {error.args[0]} is missing"
     if isinstance(error, TypeError):
