@@ -1,0 +1,1 @@
+"""Labels from the scene: the truth, and one writer a file for each format."""
