@@ -12,6 +12,9 @@ import shapely
 from pavemark.ground import Frame
 
 
+_ROUNDING = 1e-9
+
+
 def coverage(shape: shapely.Geometry, frame: Frame) -> np.ndarray:
     """Share of each pixel that a polygon covers.
 
@@ -66,7 +69,11 @@ def _accumulate(start: np.ndarray, end: np.ndarray, width: int, height: int) -> 
     cells = height * (width + 1)
     change = np.bincount(cell, dv * share, cells) + np.bincount(cell + 1, dv * (1 - share), cells + 1)[:cells]
     rows = change.reshape(height, width + 1)
-    return np.clip(np.cumsum(rows, axis=1)[:, :width], 0.0, 1.0)
+    share = np.clip(np.cumsum(rows, axis=1)[:, :width], 0.0, 1.0)
+    # Rounding along a row leaves some 1e-16 a piece behind the shape; such pixels are outside, or inside.
+    share[share < _ROUNDING] = 0.0
+    share[share > 1 - _ROUNDING] = 1.0
+    return share
 
 
 def _pieces(start: np.ndarray, end: np.ndarray, width: int, height: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,1 @@
+"""The only code that imports bpy: the stage that the add-on and render.py share."""

@@ -1,0 +1,64 @@
+"""Markings as curve objects: centre lines with their width, and filled rings, to be edited by hand."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from pavemark.scene import Area, Marking, Stroke
+
+
+def strokes(name: str, marking: Marking, height: float) -> bpy.types.Curve:
+    """The centre lines: a spline a stroke, the point's radius is half the stroke's width in metres."""
+    curve = bpy.data.curves.new(name, "CURVE")
+    curve.dimensions = "3D"
+    for stroke in marking.strokes:
+        spline = _spline(curve, stroke.path, height)
+        spline.use_cyclic_u = stroke.closed
+        spline.points.foreach_set("radius", np.full(len(stroke.path), stroke.width / 2, np.float32))
+    return curve
+
+
+def areas(name: str, marking: Marking, height: float) -> bpy.types.Curve:
+    """The filled shapes: outer rings and holes as closed splines; `material_index` numbers the area."""
+    curve = bpy.data.curves.new(name, "CURVE")
+    curve.dimensions = "2D"
+    curve.fill_mode = "BOTH"
+    for number, area in enumerate(marking.areas):
+        for ring in (area.ring, *area.holes):
+            spline = _spline(curve, ring, 0.0)
+            spline.use_cyclic_u = True
+            spline.material_index = number
+    return curve
+
+
+def read_strokes(curve: bpy.types.Curve) -> tuple[Stroke, ...]:
+    """The strokes of a curve made by `strokes`, as edited since; float32, so 1e-6 m off at most."""
+    return tuple(
+        Stroke(_path(spline), 2 * spline.points[0].radius, spline.use_cyclic_u)
+        for spline in curve.splines
+        if len(spline.points) > 1
+    )
+
+
+def read_areas(curve: bpy.types.Curve) -> tuple[Area, ...]:
+    """The areas of a curve made by `areas`, as edited since."""
+    rings: dict[int, list] = {}
+    for spline in curve.splines:
+        if len(spline.points) > 2:
+            rings.setdefault(spline.material_index, []).append(_path(spline))
+    return tuple(Area(first, tuple(holes)) for first, *holes in rings.values())
+
+
+def _spline(curve: bpy.types.Curve, path: tuple, height: float) -> bpy.types.Spline:
+    spline = curve.splines.new("POLY")
+    spline.points.add(len(path) - 1)
+    points = np.ones((len(path), 4), np.float32)
+    points[:, :2] = path
+    points[:, 2] = height
+    spline.points.foreach_set("co", points.ravel())
+    return spline
+
+
+def _path(spline: bpy.types.Spline) -> tuple[tuple[float, float], ...]:
+    return tuple((point.co[0], point.co[1]) for point in spline.points)

@@ -1,0 +1,71 @@
+"""Render settings, plain values applied in one place."""
+
+from __future__ import annotations
+
+import attrs
+import bpy
+
+from pavemark.ground import Frame
+
+from . import versions
+
+
+@attrs.frozen
+class Cycles:
+    """Cycles on the CPU, set for exact colours: no view transform, no dither, no denoising.
+
+    Attributes
+    ----------
+    samples : int
+        Rays a pixel. With one, the ray goes through the pixel's centre.
+    transparent : int
+        How many decals may lie on top of each other.
+    threads : int
+        0 takes all cores.
+    """
+
+    samples: int = 1
+    transparent: int = 8
+    threads: int = 0
+
+    def apply(self, scene: bpy.types.Scene) -> None:
+        """Set them on a scene."""
+        render, cycles = scene.render, scene.cycles
+        render.engine = "CYCLES"
+        render.film_transparent = True
+        render.dither_intensity = 0.0
+        render.use_compositing = False
+        render.use_sequencer = False
+        render.threads_mode = "FIXED" if self.threads else "AUTO"
+        if self.threads:
+            render.threads = self.threads
+        cycles.device = "CPU"
+        cycles.samples = self.samples
+        cycles.use_adaptive_sampling = False
+        cycles.use_denoising = False
+        cycles.pixel_filter_type = "BOX"
+        # A box of almost no width is the pixel's centre; more samples are spread over the whole pixel.
+        cycles.filter_width = 0.01 if self.samples == 1 else 1.0
+        cycles.max_bounces = 0
+        cycles.transparent_max_bounces = self.transparent
+        cycles.seed = 0
+        scene.view_settings.view_transform = "Raw"
+        scene.display_settings.display_device = "sRGB"
+
+
+@attrs.frozen
+class Output:
+    """One frame of ground into a multilayer EXR."""
+
+    frame: Frame
+    path: str
+
+    def apply(self, scene: bpy.types.Scene) -> None:
+        """Set it on a scene."""
+        render = scene.render
+        render.resolution_x, render.resolution_y = self.frame.width, self.frame.height
+        render.resolution_percentage = 100
+        render.pixel_aspect_x = render.pixel_aspect_y = 1.0
+        render.use_file_extension = False
+        render.filepath = self.path
+        versions.exr_layers(render.image_settings)

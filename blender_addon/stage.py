@@ -1,0 +1,124 @@
+"""The stage: a scene of Pavemark as objects of Blender. The add-on and render.py share it."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from pavemark.geometry.outline import outline
+from pavemark.geometry.sheet import COVERAGE, sheet
+from pavemark.ground import Frame
+from pavemark.plan import Plan
+from pavemark.plate import Plate
+from pavemark.scene import Marking, Paint, Scene
+
+from . import curves, decals, paint, sheets, versions
+from .nodes import node, output
+
+CAMERA_HEIGHT = 10.0
+_HARD_EDGED = 2
+"""From this many samples a pixel on, samples find the edges and coverage is not used."""
+
+
+class Stage:
+    """The objects of one scene, in a collection of their own.
+
+    Parameters
+    ----------
+    target : bpy.types.Scene
+        Blender's scene that the collection is linked to; its camera is set.
+    """
+
+    def __init__(self, target: bpy.types.Scene) -> None:
+        self.target = target
+        self.collection = bpy.data.collections.new("Pavemark")
+        target.collection.children.link(self.collection)
+        self._data: list[bpy.types.ID] = []
+
+    def camera(self, frame: Frame) -> None:
+        """An orthographic camera that sees exactly the frame."""
+        camera = bpy.data.cameras.new("Pavemark")
+        camera.type = "ORTHO"
+        camera.sensor_fit = "HORIZONTAL"
+        camera.ortho_scale = frame.size[0]
+        camera.clip_end = 2 * CAMERA_HEIGHT
+        seen = self._add("Pavemark camera", camera)
+        seen.location = (0.0, 0.0, CAMERA_HEIGHT)
+        self.target.camera = seen
+
+    def ground(self, plate: Plate) -> None:
+        """The plate on the ground plane, at true size, showing its own colours."""
+        frame = plate.frame
+        linear = np.ones((frame.height, frame.width, 4), np.float32)
+        linear[..., :3] = _linear(plate.image)
+        texture = self._keep(sheets.load("Pavemark plate", linear, frame).image)
+        material, tree = versions.material("Pavemark ground")
+        self._keep(material)
+        coordinates = node(tree, "ShaderNodeTexCoord")
+        picture = node(
+            tree, "ShaderNodeTexImage", {"Vector": output(coordinates, "Generated")}, interpolation="Closest"
+        )
+        picture.image = texture
+        emission = node(tree, "ShaderNodeEmission", {"Color": output(picture, "Color")})
+        node(tree, "ShaderNodeOutputMaterial", {"Surface": output(emission)})
+        mesh = _plane(frame)
+        mesh.materials.append(material)
+        self._add("Pavemark ground", mesh)
+
+    def markings(self, scene: Scene, plan: Plan) -> None:
+        """Every marking as curves to edit and a decal that shows them, later ones above earlier ones."""
+        for number, marking in enumerate(scene.markings):
+            self._marking(f"Marking {number} {marking.kind}", marking, scene, plan, number)
+
+    def clear(self) -> None:
+        """Remove all that this stage has made."""
+        bpy.data.batch_remove(self._data)
+        bpy.data.collections.remove(self.collection)
+
+    def _marking(self, name: str, marking: Marking, scene: Scene, plan: Plan, number: int) -> None:
+        frame = scene.plate.frame
+        height = decals.LIFT * (number + 1)
+        for make, parts in ((curves.strokes, marking.strokes), (curves.areas, marking.areas)):
+            if parts:
+                self._add(name, make(name, marking, height)).hide_render = True
+        shape = outline(marking, scene.curvature)
+        effects = plan.nodes[number]
+        values = sheet(shape, frame, scene.tyres if {"wear", "dirt"} & set(effects) else None, "wear" in effects)
+        if plan.samples < _HARD_EDGED:
+            mesh = decals.pixels(name, values[..., COVERAGE], frame, height)
+        else:
+            mesh = decals.hard(name, shape, height)
+            values[..., COVERAGE] = 1.0
+        image = sheets.load(name, values, frame)
+        self._keep(image.image)
+        colour = marking.paint.ratio if plan.colour == "ratio" else _emitted(marking.paint)
+        mesh.materials.append(self._keep(paint.material(name, marking.paint, colour, effects, image)))
+        self._add(name, mesh)
+
+    def _add(self, name: str, data: bpy.types.ID) -> bpy.types.Object:
+        made = bpy.data.objects.new(name, self._keep(data))
+        self.collection.objects.link(self._keep(made))
+        return made
+
+    def _keep(self, data: bpy.types.ID) -> bpy.types.ID:
+        self._data.append(data)
+        return data
+
+
+def _emitted(paint: Paint) -> tuple[float, float, float]:
+    red, green, blue = _linear(np.asarray(paint.rgb))
+    return float(red), float(green), float(blue)
+
+
+def _linear(display: np.ndarray) -> np.ndarray:
+    """Display sRGB, 0–255, as linear light 0–1, float64."""
+    share = np.asarray(display, np.float64) / 255
+    return np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+
+
+def _plane(frame: Frame) -> bpy.types.Mesh:
+    width, height = frame.size
+    mesh = bpy.data.meshes.new("Pavemark ground")
+    corners = [(x * width / 2, y * height / 2, 0.0) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    mesh.from_pydata(corners, [], [(0, 1, 2, 3)])
+    return mesh
