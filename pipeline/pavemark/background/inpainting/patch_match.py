@@ -1,0 +1,34 @@
+"""PatchMatch inpainting: the hole is made of patches that occur elsewhere. Texture goes on, without scars."""
+
+from __future__ import annotations
+
+import numpy as np
+import patchmatch
+
+from pavemark.background.inpainting.source import filled, mirrored, within_margin
+
+RADIUS = 5
+"""Patches are 11×11 pixels: wide enough for the joints of paving, and three times as costly as radius 3."""
+
+SMALLEST = 96
+"""Pixels a side to which a smaller image is mirrored: in the coarsest of the halved images a hole must leave a source."""
+
+SEED = 0
+
+
+class PatchMatch:
+    """Barnes et al. (2009) with Wexler's coarse-to-fine completion, as PyPatchMatch has it."""
+
+    name = "patchmatch"
+
+    def fill(self, image: np.ndarray, hole: np.ndarray, keep_out: np.ndarray) -> np.ndarray:
+        """See `Inpainter.fill`."""
+
+        def propose(image: np.ndarray, hole: np.ndarray) -> np.ndarray:
+            margin = max(0, (SMALLEST + 1 - min(hole.shape)) // 2)
+            source, wanted, forbidden = (mirrored(array, margin) for array in (image, hole, keep_out))
+            patchmatch.set_random_seed(SEED)
+            result = patchmatch.inpaint(source, wanted, global_mask=forbidden, patch_size=RADIUS)
+            return within_margin(result, margin)
+
+        return filled(image, hole, keep_out, propose)
