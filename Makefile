@@ -30,7 +30,7 @@ demo-images: setup
 	$(python) -m blender_addon.carpark --out assets/demo
 
 clean:
-	rm -rf .venv build dist $(DEMO) pipeline/pavemark.egg-info .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv build dist $(DEMO) *.egg-info .pytest_cache .ruff_cache .hypothesis
 
 setup:
 	@.ci/setup

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from pavemark.errors import InputError
 
-_FOLDER = Path(__file__).parents[2] / "assets"
+_WHEEL, _CHECKOUT = Path(__file__).with_name("shipped"), Path(__file__).parents[2] / "assets"
+_FOLDER = _WHEEL if _WHEEL.is_dir() else _CHECKOUT
 
 
 def path(name: str) -> Path:
@@ -19,5 +20,5 @@ def path(name: str) -> Path:
     """
     found = _FOLDER / name
     if not found.is_file():
-        raise InputError(found, "is missing: it ships in the assets folder beside the source of Pavemark")
+        raise InputError(found, "is missing: it ships with Pavemark")
     return found
