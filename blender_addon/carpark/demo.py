@@ -1,0 +1,210 @@
+"""The views that are shipped as demo images, and how one is made."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import attrs
+import numpy as np
+
+from blender_addon.carpark import layout, pavement, rig, sensor, stitch
+from blender_addon.carpark.layout import WHITE, YELLOW, Row
+from pavemark.ground import Frame
+
+GROUND, MARKING, NOT_GROUND = 0, 1, 2
+"""Values of a mask."""
+
+HALF = Frame(300, 300, 22.7)
+"""A half-view is 96 columns of this: 0.044 m a pixel."""
+
+
+@attrs.frozen
+class View:
+    """A picture to be made.
+
+    Attributes
+    ----------
+    name : str
+    seed : int
+    pavement : str
+        A key of `pavement.KINDS`.
+    light : str
+        A key of `LIGHTS` in `__main__`.
+    rows : tuple of Row
+    turn : float
+        Radians between the lane and the car.
+    beside : tuple of (kind, side, offset)
+        Kerbs, walls and verges along the lane.
+    pillars, stops : bool
+        Whether the first row has them.
+    arrow : tuple of float or None
+    trees : tuple of (x, y)
+    camera : int
+        Pixels of a camera's picture.
+    noise : float
+        Noise of the sensors, 1 in daylight.
+    exposure : float
+        Mean linear light of the pictures.
+    half : str or None
+        "left" or "right" for a half-view.
+    """
+
+    name: str
+    seed: int
+    pavement: str
+    light: str
+    rows: tuple[Row, ...] = ()
+    turn: float = 0.0
+    beside: tuple[tuple[str, str, float], ...] = ()
+    pillars: bool = False
+    stops: bool = False
+    arrow: tuple[float, float] | None = None
+    trees: tuple[tuple[float, float], ...] = ()
+    camera: int = 720
+    noise: float = 1.0
+    exposure: float = 0.22
+    ego: stitch.Ego = stitch.Ego()
+    half: str | None = None
+
+    @property
+    def frame(self) -> Frame:
+        """The ground that is stitched; a half-view is cut from it."""
+        return HALF if self.half else Frame()
+
+
+def stream(view: View, stage: int) -> np.random.Generator:
+    """A stream of random numbers for each stage of a view."""
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence(view.seed, spawn_key=(stage,))))
+
+
+_deg = np.radians
+
+VIEWS: tuple[View, ...] = (
+    View(
+        "asphalt_perpendicular", 11, "asphalt", "sun",
+        rows=(Row("right", 2.35, width=0.12, wear=0.15, parked=(-2, 1), shift=0.4), Row("left", 2.9, wear=0.3, parked=(-1,))),
+        turn=_deg(4), arrow=(-0.9, 4.0), camera=840,
+    ),
+    View(
+        "patched_open", 12, "patched", "overcast",
+        rows=(Row("left", 2.2, outline="open", wear=0.38, entrance=2.4, shift=0.9, parked=(1,)),),
+        turn=_deg(-7), beside=(("kerb", "right", 2.9), ("verge", "right", 3.06)), camera=640,
+    ),
+    View(
+        "brick_slanted", 13, "brick", "trees",
+        rows=(Row("right", 2.3, slant=_deg(60), entrance=2.8, width=0.14, wear=0.3, parked=(-1,)),),
+        turn=_deg(3), trees=((-5.0, 5.0), (-6.5, 0.5), (-2.5, 8.0), (-4.0, -3.0)), camera=800,
+    ),
+    View(
+        "tiles_parallel", 14, "tiles", "building",
+        rows=(Row("right", 2.0, entrance=6.0, depth=2.2, outline="closed", width=0.1, wear=0.34, parked=(0,), shift=-0.5),),
+        turn=_deg(-4), beside=(("kerb", "right", 4.6),), camera=680,
+    ),
+    View(
+        "concrete_yellow", 15, "concrete", "sun",
+        rows=(Row("left", 2.4, colour=YELLOW, outline="closed", wear=0.25, width=0.1, numbered=True, parked=(-2, 0)),),
+        turn=_deg(-2), beside=(("wall", "right", 3.4),), camera=760,
+    ),
+    View(
+        "epoxy_garage", 16, "epoxy", "garage",
+        rows=(Row("right", 2.6, outline="half-closed", wear=0.1, numbered=True, parked=(-1, 2), shift=0.6),
+              Row("left", 2.3, wear=0.1, numbered=True, parked=(1,))),
+        turn=_deg(2), pillars=True, arrow=(0.3, 4.2), camera=760, noise=1.8,
+    ),
+    View(
+        "epoxy_dim", 17, "epoxy", "dim",
+        rows=(Row("left", 2.1, outline="corner", wear=0.15, width=0.1, numbered=True, parked=(-1,), shift=0.3),),
+        turn=_deg(5), beside=(("wall", "right", 2.9),), camera=600, noise=3.0, exposure=0.09,
+    ),
+    View(
+        "grid_corner", 18, "grid", "overcast",
+        rows=(Row("left", 2.3, outline="half-closed", colour=YELLOW, wear=0.2, entrance=2.5, parked=(0,)),
+              Row("right", 2.5, outline="corner", colour=YELLOW, wear=0.2, parked=(-2,))),
+        turn=_deg(-5), camera=800,
+    ),
+    View(
+        "asphalt_bare", 19, "patched", "trees", turn=_deg(6), beside=(("kerb", "left", 3.3), ("verge", "left", 3.46)),
+        trees=((-5.5, 3.0), (-4.5, -4.5)), camera=700,
+    ),
+    View(
+        "half_brick_L", 21, "brick", "overcast", half="left",
+        rows=(Row("left", 2.1, width=0.12, wear=0.15, parked=(-2, 1), shift=0.3),), turn=_deg(-2), camera=720,
+    ),
+    View(
+        "half_epoxy_R", 22, "epoxy", "garage", half="right",
+        rows=(Row("right", 2.3, wear=0.1, numbered=True, parked=(1,), outline="half-closed"),), turn=_deg(3),
+        pillars=True, camera=640, noise=2.0,
+    ),
+    View(
+        "half_grid_L", 23, "grid", "sun", half="left",
+        rows=(Row("left", 1.9, colour=YELLOW, wear=0.15, parked=(-2, 0, 1)),), turn=_deg(1), camera=720,
+    ),
+    View(
+        "half_concrete_R", 24, "concrete", "dim", half="right",
+        rows=(Row("right", 2.0, slant=_deg(120), entrance=2.8, wear=0.2, parked=(-1,)),), turn=_deg(-3), camera=600,
+        noise=2.5, exposure=0.12,
+    ),
+)  # fmt: skip
+
+
+def surface(view: View) -> pavement.Surface:
+    """The ground of a view with its markings."""
+    coats = [layout.painted(row, view.turn) for row in view.rows]
+    if view.arrow:
+        coats.append(layout.arrow(view.arrow, view.turn, WHITE))
+    return pavement.surface(view.pavement, coats, stream(view, 0))
+
+
+Look = Callable[[rig.Fisheye, rig.Mount, tuple[int, int, int, int]], dict[str, np.ndarray]]
+
+
+def photograph(view: View, look: Look) -> tuple[np.ndarray, np.ndarray]:
+    """Take the four pictures of a view and stitch them.
+
+    Parameters
+    ----------
+    view : View
+    look : callable
+        Renders one camera, see `stage.look`.
+
+    Returns
+    -------
+    image : ndarray (H, W, 3), uint8
+        Display sRGB.
+    mask : ndarray (H, W), uint8
+        GROUND, MARKING, NOT_GROUND, of what the cameras saw, stitched the same way.
+    """
+    rng = stream(view, 2)
+    fisheye = rig.Fisheye(view.camera)
+    shares = stitch.sectors(view.frame, view.ego)
+    black = stitch.silhouette(view.frame, view.ego, rng)
+    pictures, ground, marked, seen_at = {}, {}, {}, {}
+    for side, mount in rig.mounts(view.ego.length - 0.1, view.ego.width - 0.1).items():
+        # The stitching believes the nominal mount; the camera hangs a little off it, so lines break at the seams.
+        real = rig.loosened(rng, mount, np.radians(0.22))
+        electronics = sensor.sample(rng, view.noise, view.exposure)
+        seen_at[side] = stitch.lookup(view.frame, fisheye, mount)
+        share = np.where(black, 0, shares[side])
+        if view.half and not share[:, _columns(view)].any():
+            share = shares[side]
+        left, top, right, bottom = window = stitch.window(seen_at[side], share, fisheye.size)
+        layers = look(fisheye, real, window)
+        used = np.zeros((fisheye.size, fisheye.size), bool)
+        used[top:bottom, left:right] = True
+        pictures[side] = sensor.develop(layers["light"], used & (layers["ground"] > 0.5), electronics)
+        ground[side], marked[side] = layers["ground"], layers["marked"]
+    image = np.rint(stitch.stitch(pictures, seen_at, shares)).astype(np.uint8)
+    seen_ground = stitch.stitch(ground, seen_at, shares) > 0.5
+    seen_marked = stitch.stitch(marked, seen_at, shares) > 0.5
+    mask = np.where(seen_ground, np.where(seen_marked, MARKING, GROUND), NOT_GROUND).astype(np.uint8)
+    image[black], mask[black] = 0, NOT_GROUND
+    columns = _columns(view)
+    return image[:, columns], mask[:, columns]
+
+
+def _columns(view: View) -> slice:
+    """The columns of the stitched frame that the view keeps: for a half-view 96, of which 12 show the car."""
+    if view.half is None:
+        return slice(0, view.frame.width)
+    inner = int(view.frame.width / 2 - view.ego.width / 2 * view.frame.scale) + 12
+    return slice(inner - 96, inner) if view.half == "left" else slice(view.frame.width - inner, view.frame.width - inner + 96)
