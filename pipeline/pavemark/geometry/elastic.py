@@ -78,31 +78,38 @@ def _field(curvature: Curvature) -> tuple[np.ndarray, float]:
 
 def _steepest(coefficients: np.ndarray) -> float:
     """Largest Frobenius norm of the gradient, per unit of spacing, at the nodes and half-way between them."""
-    half = np.arange(2 * PERIOD) / 2
-    grid = np.stack(np.meshgrid(half, half, indexing="ij"), -1)
-    gradient = np.stack([_evaluate(coefficients, grid, order) for order in ((1, 0), (0, 1))], -1)
-    return float(np.sqrt((gradient**2).sum((-1, -2)).max()))
+    square = np.zeros((2 * PERIOD, 2 * PERIOD))
+    for order in ((1, 0), (0, 1)):
+        rows = _at_halves(coefficients, order[0], axis=0)
+        square += (_at_halves(rows, order[1], axis=1) ** 2).sum(-1)
+    return float(np.sqrt(square.max()))
+
+
+def _at_halves(coefficients: np.ndarray, order: int, axis: int) -> np.ndarray:
+    """The spline or its derivative along one axis, at every node and half-way to the next: twice the length."""
+    weights = _WEIGHTS[order](np.array([0.0, 0.5])).T
+    shifted = [np.roll(coefficients, 1 - i, axis) for i in range(4)]
+    halves = [sum(weight[k] * part for weight, part in zip(weights, shifted, strict=True)) for k in (0, 1)]
+    return np.concatenate(halves, axis)
 
 
 def _evaluate(coefficients: np.ndarray, at: np.ndarray, order: tuple[int, int]) -> np.ndarray:
     """The spline (order 0) or its first derivative (order 1) along each axis, at positions in units of spacing."""
     cell = np.floor(at)
-    weights = [_WEIGHTS[order[axis]](at[..., axis] - cell[..., axis]) for axis in (0, 1)]
-    cell = cell.astype(np.int64)
-    total = np.zeros(at.shape)
-    for i in range(4):
-        for j in range(4):
-            node = coefficients[(cell[..., 0] + i - 1) % PERIOD, (cell[..., 1] + j - 1) % PERIOD]
-            total += (weights[0][i] * weights[1][j])[..., None] * node
-    return total
+    x, y = np.moveaxis(at - cell, -1, 0)
+    nodes = (cell.astype(np.int64)[..., None] + _NEAR) % PERIOD
+    near = coefficients[nodes[..., 0, :, None], nodes[..., 1, None, :]]
+    return np.einsum("...i,...j,...ijk->...k", _WEIGHTS[order[0]](x), _WEIGHTS[order[1]](y), near)
 
 
-def _values(t: np.ndarray) -> tuple[np.ndarray, ...]:
-    return (1 - t) ** 3 / 6, (3 * t**3 - 6 * t**2 + 4) / 6, (-3 * t**3 + 3 * t**2 + 3 * t + 1) / 6, t**3 / 6
+def _values(t: np.ndarray) -> np.ndarray:
+    """Weights (..., 4) of the four nearest coefficients at the share t of the way from one node to the next."""
+    return np.stack([(1 - t) ** 3, (3 * t - 6) * t * t + 4, ((3 - 3 * t) * t + 3) * t + 1, t**3], -1) / 6
 
 
-def _slopes(t: np.ndarray) -> tuple[np.ndarray, ...]:
-    return -((1 - t) ** 2) / 2, (3 * t**2 - 4 * t) / 2, (-3 * t**2 + 2 * t + 1) / 2, t**2 / 2
+def _slopes(t: np.ndarray) -> np.ndarray:
+    return np.stack([-((1 - t) ** 2), (3 * t - 4) * t, (2 - 3 * t) * t + 1, t * t], -1) / 2
 
 
+_NEAR = np.arange(-1, 3)
 _WEIGHTS = (_values, _slopes)
