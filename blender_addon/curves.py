@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bpy
 import numpy as np
+from shapely.geometry import Polygon
 
 from pavemark.scene import Area, Marking, Stroke
 
@@ -20,15 +21,13 @@ def strokes(name: str, marking: Marking, height: float) -> bpy.types.Curve:
 
 
 def areas(name: str, marking: Marking, height: float) -> bpy.types.Curve:
-    """The filled shapes: outer rings and holes as closed splines; `material_index` numbers the area."""
+    """The filled shapes: outer rings and holes as closed splines, which Blender fills by the even-odd rule."""
     curve = bpy.data.curves.new(name, "CURVE")
     curve.dimensions = "2D"
     curve.fill_mode = "BOTH"
-    for number, area in enumerate(marking.areas):
+    for area in marking.areas:
         for ring in (area.ring, *area.holes):
-            spline = _spline(curve, ring, 0.0)
-            spline.use_cyclic_u = True
-            spline.material_index = number
+            _spline(curve, ring, 0.0).use_cyclic_u = True
     return curve
 
 
@@ -42,12 +41,18 @@ def read_strokes(curve: bpy.types.Curve) -> tuple[Stroke, ...]:
 
 
 def read_areas(curve: bpy.types.Curve) -> tuple[Area, ...]:
-    """The areas of a curve made by `areas`, as edited since."""
-    rings: dict[int, list] = {}
-    for spline in curve.splines:
-        if len(spline.points) > 2:
-            rings.setdefault(spline.material_index, []).append(_path(spline))
-    return tuple(Area(first, tuple(holes)) for first, *holes in rings.values())
+    """The areas of a curve made by `areas`, as edited since; a ring within another is its hole."""
+    outer: list[tuple[Polygon, list]] = []
+    rings = [_path(spline) for spline in curve.splines if len(spline.points) > 2]
+    for ring in sorted(rings, key=lambda ring: -Polygon(ring).area):
+        around = next(
+            (holes for polygon, holes in outer if polygon.contains(Polygon(ring).representative_point())), None
+        )
+        if around is None:
+            outer.append((Polygon(ring), []))
+        else:
+            around.append(ring)
+    return tuple(Area(tuple(polygon.exterior.coords[:-1]), tuple(holes)) for polygon, holes in outer)
 
 
 def _spline(curve: bpy.types.Curve, path: tuple, height: float) -> bpy.types.Spline:

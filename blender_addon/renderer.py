@@ -6,10 +6,8 @@ import tempfile
 from pathlib import Path
 
 import bpy
-import numpy as np
-import OpenImageIO as oiio
 
-from pavemark.layers import Layers
+from pavemark.layers import Layers, read
 from pavemark.plan import Plan
 from pavemark.plate import Plate
 from pavemark.scene import Scene
@@ -40,8 +38,8 @@ class BlenderRenderer:
 
         Raises
         ------
-        RuntimeError
-            When Blender does not write the layers.
+        OSError
+            When Blender has not written the layers.
         """
         stage = Stage(self.target)
         try:
@@ -53,20 +51,6 @@ class BlenderRenderer:
                 path = Path(folder) / "layers.exr"
                 Output(scene.plate.frame, str(path)).apply(self.target)
                 bpy.ops.render.render(write_still=True, scene=self.target.name)
-                return Layers(_read(path, "Combined"))
+                return read(path)
         finally:
             stage.clear()
-
-
-def _read(path: Path, layer: str) -> np.ndarray:
-    """One RGBA layer (H, W, 4) float32 of a multilayer EXR, by channel name."""
-    source = oiio.ImageInput.open(str(path))
-    if source is None:
-        raise RuntimeError(f"Blender wrote no layers: {oiio.geterror()}")
-    try:
-        names = source.spec().channelnames
-        pixels = source.read_image(oiio.FLOAT)
-    finally:
-        source.close()
-    picked = [next(i for i, name in enumerate(names) if name.endswith(f"{layer}.{channel}")) for channel in "RGBA"]
-    return np.ascontiguousarray(pixels[..., picked])

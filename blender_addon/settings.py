@@ -48,6 +48,7 @@ class Cycles:
         cycles.filter_width = 0.01 if self.samples == 1 else 1.0
         cycles.max_bounces = 0
         cycles.transparent_max_bounces = self.transparent
+        cycles.min_transparent_bounces = self.transparent  # below it, Russian roulette would end rays in a stack
         cycles.seed = 0
         scene.view_settings.view_transform = "Raw"
         scene.display_settings.display_device = "sRGB"

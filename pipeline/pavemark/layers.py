@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Protocol
 
 import attrs
 import numpy as np
+import OpenImageIO as oiio
 
 from pavemark.plan import Plan
 from pavemark.plate import Plate
@@ -25,6 +27,27 @@ class Layers:
     """
 
     decals: np.ndarray
+
+
+def read(path: Path) -> Layers:
+    """The layers of a multilayer EXR that Blender wrote.
+
+    Raises
+    ------
+    OSError
+        When there is no such file, or it is not an EXR.
+    """
+    source = oiio.ImageInput.open(str(path))
+    if source is None:
+        raise OSError(f"{path}: {oiio.geterror()}")
+    try:
+        names = source.spec().channelnames
+        pixels = source.read_image(oiio.FLOAT)
+    finally:
+        source.close()
+    # The view layer's name stands before the pass's.
+    picked = [next(i for i, name in enumerate(names) if name.endswith(f"Combined.{channel}")) for channel in "RGBA"]
+    return Layers(np.ascontiguousarray(pixels[..., picked]))
 
 
 class Renderer(Protocol):

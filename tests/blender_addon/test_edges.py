@@ -1,0 +1,87 @@
+"""What one sample with analytic coverage is worth: edges, ends and joins against many hard-edged samples."""
+
+import time
+
+import attrs
+import numpy as np
+import pytest
+import shapely
+
+from pavemark.geometry.outline import outline
+from pavemark.ground import Frame
+from pavemark.plan import plan
+from pavemark.scene import Curvature, Marking, Scene, Stroke
+from scenes import WHITE, plate, row
+
+
+def lines(count: int, curvature: Curvature | None, frame: Frame | None = None) -> Scene:
+    rng = np.random.default_rng(7)
+    strokes = []
+    for _ in range(count):
+        start, turn, length = rng.uniform(-4, 4, 2), rng.uniform(0, 2 * np.pi), rng.uniform(1, 6)
+        end = start + length * np.array((np.cos(turn), np.sin(turn)))
+        strokes.append(Stroke((tuple(start), tuple(end)), rng.uniform(0.08, 0.2)))
+    scene = row(plate(frame), n=0, curvature=curvature)
+    return attrs.evolve(scene, markings=(Marking("slot", WHITE, tuple(strokes)),))
+
+
+def alpha(renderer, scene: Scene, samples: int = 1) -> np.ndarray:
+    planned = attrs.evolve(plan(scene), samples=samples)
+    return renderer.render(scene, plate(scene.plate.frame), planned).decals[..., 3]
+
+
+def test_one_sample_meets_many_hard_edged_ones(renderer):
+    frame = Frame(200, 200, 20)
+    scene = lines(12, Curvature(150, 0.4, 1), frame)
+    once, reference = alpha(renderer, scene), alpha(renderer, scene, 1024)
+    edge = (reference > 0.002) & (reference < 0.998)
+    error = 255 * (once - reference)
+    assert edge.sum() > 800
+    # 1,024 samples are themselves off by up to 255·0.5/√1024 = 4 levels on single pixels, about 0.5 RMSE.
+    assert np.sqrt((error[edge] ** 2).mean()) < 1.0
+    assert np.abs(error[~edge]).max() < 1.0
+
+
+@pytest.mark.slow
+def test_one_sample_is_near_1024_at_a_tenth_of_the_time_of_64(renderer):
+    scene = lines(12, Curvature(150, 0.4, 1))
+    alpha(renderer, scene)
+    times = {1: [], 64: []}
+    for _ in range(3):
+        for samples, spent in times.items():
+            start = time.perf_counter()
+            alpha(renderer, scene, samples)
+            spent.append(time.perf_counter() - start)
+    once, reference = alpha(renderer, scene), alpha(renderer, scene, 1024)
+    edge = (reference > 0.002) & (reference < 0.998)
+    error = 255 * np.sqrt(((once - reference)[edge] ** 2).mean())
+    ratio = np.median(times[1]) / np.median(times[64])
+    print(f"edge error {error:.2f}/255 over {edge.sum()} pixels; time {ratio:.3f} of 64 samples'")
+    assert error <= 3
+    assert ratio <= 0.1
+
+
+def test_alpha_sums_to_the_exact_area(renderer):
+    scene = lines(5, None)
+    inside = shapely.intersection(outline(scene.markings[0], None), shapely.box(-5, -5, 5, 5))
+    # Half floats keep 11 bits.
+    assert alpha(renderer, scene).sum() / 60**2 == pytest.approx(inside.area, rel=5e-4)
+
+
+def test_lines_thinner_than_a_pixel_keep_their_weight(renderer):
+    thin = Stroke(((-3.0, 1.003), (3.0, 1.4)), 0.005)
+    scene = attrs.evolve(lines(1, None), markings=(Marking("slot", WHITE, (thin,)),))
+    length = np.hypot(6.0, 0.397)
+    assert alpha(renderer, scene).sum() / 60**2 == pytest.approx(length * 0.005, rel=2e-3)
+
+
+@pytest.mark.parametrize("frame", [Frame(16, 16, 1.6), Frame(96, 300, 1 / 0.044), Frame(448, 720, 60)])
+def test_any_frame(renderer, frame):
+    scene = lines(6, None, frame)
+    width, height = frame.size
+    inside = shapely.intersection(
+        outline(scene.markings[0], None), shapely.box(-width / 2, -height / 2, width / 2, height / 2)
+    )
+    drawn = alpha(renderer, scene)
+    assert drawn.shape == (frame.height, frame.width)
+    assert drawn.sum() / frame.scale**2 == pytest.approx(inside.area, rel=1e-3)
