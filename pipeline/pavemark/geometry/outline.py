@@ -45,7 +45,7 @@ def polygons(shape: shapely.Geometry) -> MultiPolygon:
     return MultiPolygon(kept)
 
 
-def bend(path: Path, curvature: Curvature | None, closed: bool = False) -> np.ndarray:
+def bend(path: Path | np.ndarray, curvature: Curvature | None, closed: bool = False) -> np.ndarray:
     """A path as it lies after the curvature.
 
     Returns
@@ -62,14 +62,25 @@ def bend(path: Path, curvature: Curvature | None, closed: bool = False) -> np.nd
 
 
 def _stroked(stroke: Stroke, curvature: Curvature | None) -> shapely.Geometry:
-    points = bend(stroke.path, curvature, stroke.closed)
-    keep = np.append(True, np.any(np.diff(points, axis=0) != 0, axis=1))
-    if keep.sum() < 2:
+    path = _distinct(stroke.path, stroke.closed)
+    if len(path) < 2:
         return Polygon()
-    line = shapely.linestrings(points[keep])
+    line = shapely.linestrings(bend(path, curvature, stroke.closed))
     return shapely.buffer(line, stroke.width / 2, cap_style="flat", join_style="mitre", mitre_limit=MITRE_LIMIT)
 
 
 def _filled(area: Area, curvature: Curvature | None) -> shapely.Geometry:
-    rings = [bend(ring, curvature, closed=True) for ring in (area.ring, *area.holes) if len(ring) > 2]
-    return shapely.make_valid(Polygon(rings[0], rings[1:]))
+    shell, *holes = (_distinct(ring, closed=True) for ring in (area.ring, *area.holes))
+    if len(shell) < 3:
+        return Polygon()
+    bent = [bend(ring, curvature, closed=True) for ring in (shell, *(hole for hole in holes if len(hole) > 2))]
+    return shapely.make_valid(Polygon(bent[0], bent[1:]))
+
+
+def _distinct(path: Path, closed: bool) -> np.ndarray:
+    """A path (N, 2) without points that repeat the one before; the last comes before the first if it is closed."""
+    points = np.asarray(path, np.float64).reshape(-1, 2)
+    moves = np.any(points != np.roll(points, 1, axis=0), axis=1)
+    if not closed:
+        moves[0] = True
+    return points[moves]
