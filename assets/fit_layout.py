@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import attrs
@@ -112,7 +113,7 @@ def family(name: str, rows: list[list[Seen]], total: int) -> Family:
 
 def fit(images: list[list[list[Seen]]]) -> Fitted:
     rows = [row for image in images for row in image]
-    pairs = [pair for row in rows for pair in zip(row, row[1:], strict=False)]
+    pairs = [pair for row in rows for pair in pairwise(row)]
     gaps = [float((b.p1 - a.p2) @ a.along) for a, b in pairs]
     beside = [row[0].normal[0] < 0 for row in rows if abs(row[0].normal[0]) > 0.7]
     holding = [image for image in images if image]

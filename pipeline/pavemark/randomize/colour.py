@@ -1,0 +1,92 @@
+"""Domain colour: the paint of an image, absolute and as reflectance ratio to its ground."""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+
+from pavemark.randomize.palette import Palette, Shade
+from pavemark.randomize.streams import uniform, weighted
+from pavemark.records import interval, within
+from pavemark.scene import RGB
+
+_LUMA = np.array([0.2126, 0.7152, 0.0722])
+
+_FAINTEST = 1.15
+"""Luminance ratio below which a measured marking is too far gone to paint by: nobody would see its marking points."""
+
+_YELLOW = 0.75
+"""Blue over red ratio below which a measured marking counts as yellow."""
+
+
+@attrs.frozen
+class Ranges:
+    """What may be drawn.
+
+    Attributes
+    ----------
+    white, yellow : float
+        Weights of the families, for plates that had no markings of their own.
+    spread : float
+        8-bit levels added to or taken from each channel of the palette's colour (paper: 30).
+    ratio : tuple of float
+        Luminance of the reflectance ratio, for plates that had no markings of their own.
+    ratio_spread : float
+        Share by which a ratio is varied.
+    """
+
+    white: float = attrs.field(default=0.75, validator=within(0.0, 1000.0))
+    yellow: float = attrs.field(default=0.25, validator=within(0.0, 1000.0))
+    spread: float = attrs.field(default=30.0, validator=within(0.0, 255.0))
+    ratio: tuple[float, float] = attrs.field(default=(1.4, 3.3), validator=interval(0.05, 20.0))
+    ratio_spread: float = attrs.field(default=0.15, validator=within(0.0, 0.9))
+
+    def __attrs_post_init__(self) -> None:
+        if not (self.white or self.yellow):
+            raise ValueError("white, yellow are both 0: at least one weight above 0 is allowed")
+
+
+@attrs.frozen
+class Colour:
+    """A paint's colour in both ways of telling it, as in `pavemark.scene.Paint`."""
+
+    rgb: RGB
+    ratio: RGB
+
+
+def sample(rng: np.random.Generator, ranges: Ranges, palette: Palette, measured: tuple[RGB, ...]) -> Colour:
+    """Draw a paint.
+
+    Parameters
+    ----------
+    measured : tuple of RGB
+        Ratios of the plate's own former markings. Where it had any that can be seen, the ratio is one of theirs,
+        varied within the range they span; the absolute colour is then of the same family.
+    """
+    visible = np.array([ratio for ratio in measured if np.dot(_LUMA, ratio) >= _FAINTEST]).reshape(-1, 3)
+    family = weighted(rng, {"white": ranges.white, "yellow": ranges.yellow})
+    own = int(rng.random() * len(visible))
+    if len(visible):
+        family = "yellow" if visible[own][2] < _YELLOW * visible[own][0] else "white"
+    shade = _shade(rng, getattr(palette, family))
+    rgb = np.clip(np.array(shade.rgb) + ranges.spread * rng.uniform(-1, 1, 3), 0, 255)
+    # One factor for the coat, a tenth of its spread for each channel: paints differ in depth more than in hue.
+    factor = 1 + ranges.ratio_spread * (rng.uniform(-1, 1) + 0.1 * rng.uniform(-1, 1, 3))
+    depth = uniform(rng, ranges.ratio)
+    if len(visible):
+        ratio = np.clip(visible[own] * factor, visible.min(0), visible.max(0))
+    else:
+        ratio = np.array(shade.ratio) * factor
+        luminance = ratio @ _LUMA
+        if not ranges.ratio[0] <= luminance <= ranges.ratio[1]:
+            ratio *= depth / luminance
+    return Colour(_rgb(rgb), _rgb(np.clip(ratio, 0.05, 20.0)))
+
+
+def _shade(rng: np.random.Generator, shades: tuple[Shade, ...]) -> Shade:
+    return shades[int(weighted(rng, {str(k): shade.weight for k, shade in enumerate(shades)}))]
+
+
+def _rgb(values: np.ndarray) -> RGB:
+    red, green, blue = (float(value) for value in values)
+    return red, green, blue

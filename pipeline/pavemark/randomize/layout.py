@@ -1,0 +1,231 @@
+"""Domain layout: how many slots, and where, along a roadside beside (or across) the way of the car."""
+
+from __future__ import annotations
+
+import math
+
+import attrs
+import numpy as np
+
+from pavemark.plate import Plate
+from pavemark.randomize.car import Car, find_car
+from pavemark.randomize.fitted import Fitted
+from pavemark.randomize.row import Row, Stretch
+from pavemark.randomize.shape import Shape
+from pavemark.randomize.streams import Stage, quantile, stream, uniform
+from pavemark.records import interval, within
+
+_share = within(0.0, 1.0)
+
+TRIES = 12
+"""Places tried for a row before it is left out."""
+
+_SIDE = 16
+"""Slots drawn to either side of the first; more than fit into any frame of interest."""
+
+_PROBE = 0.15
+"""Metres from a marking point along its lines at which there must be ground too, or nobody could see its shape."""
+
+
+_AISLE = 2.5
+"""Metres between two opposite entrance lines, at least: a car must pass."""
+
+_SKEW = (-1.0, 1.0)
+"""Degrees between two opposite entrance lines; half of the real ones are within ±0.6."""
+
+
+@attrs.frozen
+class Ranges:
+    """What may be drawn.
+
+    Attributes
+    ----------
+    empty_rate : float
+        Share of images without any marking.
+    original_rate : float
+        Share of images with markings in which, instead of new slots, the image's own markings are re-painted: 0 is the
+        paper's random line mask, 1 its original one. Images without markings get new slots.
+    both_sides : float
+        Share of images that also have a row opposite the first.
+    run_on : float
+        Probability, for either end of a row, that it runs out of the frame rather than ends after as many slots as
+        real rows have.
+    offset : tuple of float
+        Lateral offset in metres of the entrance line, added to the fitted distance from the car.
+    symbol_rate : float
+        Share of images with slot numbers or arrows.
+    """
+
+    empty_rate: float = attrs.field(default=0.1, validator=_share)
+    original_rate: float = attrs.field(default=0.0, validator=_share)
+    both_sides: float = attrs.field(default=0.25, validator=_share)
+    run_on: float = attrs.field(default=0.5, validator=_share)
+    offset: tuple[float, float] = attrs.field(default=(-0.3, 0.3), validator=interval(-10.0, 10.0))
+    symbol_rate: float = attrs.field(default=0.3, validator=_share)
+
+
+@attrs.frozen
+class Choice:
+    """What an image is painted with: nothing ("empty"), its own markings ("original") or new slots ("slots")."""
+
+    content: str
+    both_sides: bool
+
+
+def choose(rng: np.random.Generator, ranges: Ranges) -> Choice:
+    """Draw what an image is painted with."""
+    empty, original, both = rng.random(3)
+    content = "empty" if empty < ranges.empty_rate else "original" if original < ranges.original_rate else "slots"
+    return Choice(content, bool(both < ranges.both_sides))
+
+
+def sample(
+    job_seed: int, index: int, ranges: Ranges, fitted: Fitted, plate: Plate, shape: Shape, both_sides: bool
+) -> tuple[Row, ...]:
+    """Draw the rows of an image: none, one, or two opposite each other.
+
+    Each try to place a row draws from a stream of its own, so that its draws do not depend on the tries before.
+    """
+    car = find_car(plate)
+    if not car.sides:
+        return ()
+    first = _placed(job_seed, index, 0, ranges, fitted, plate, car, shape)
+    if first is None:
+        return ()
+    if not both_sides or len(car.sides) < 2:
+        return (first,)
+    second = _placed(job_seed, index, 1, ranges, fitted, plate, car, shape.mirrored(), opposite=first)
+    return (first,) if second is None else (first, second)
+
+
+def _placed(
+    job_seed: int,
+    index: int,
+    number: int,
+    ranges: Ranges,
+    fitted: Fitted,
+    plate: Plate,
+    car: Car,
+    shape: Shape,
+    opposite: Row | None = None,
+) -> Row | None:
+    for attempt in range(TRIES):
+        rng = stream(job_seed, index, Stage.LAYOUT, 1, number, attempt)
+        place = _place(rng, ranges, fitted, car, shape, opposite)
+        if place is None:
+            continue
+        row = _fill(rng, ranges, fitted, plate, shape, *place)
+        if row is not None:
+            return row
+    return None
+
+
+def _place(
+    rng: np.random.Generator, ranges: Ranges, fitted: Fitted, car: Car, shape: Shape, opposite: Row | None
+) -> tuple[float, np.ndarray] | None:
+    """Draw where the entrance line runs: its heading and its point nearest to the car's centre."""
+    family = getattr(fitted, shape.family)
+    across = rng.random() < family.across and len(car.sides) == 2
+    forwards = rng.random() < fitted.left
+    turn = quantile(rng, family.turn_across if across else family.turn)
+    clearance = quantile(rng, family.clearance_across if across else family.clearance)
+    offset = uniform(rng, ranges.offset)
+    if opposite is None:
+        # Slots lie to the left of their heading: up the picture has them left of the car, down the picture right.
+        up = forwards if len(car.sides) == 2 else car.sides[0] < 0
+        heading = math.radians(turn + (90.0 if up else -90.0) + (90.0 if across else 0.0))
+    else:
+        heading = opposite.heading + math.pi + math.radians(uniform(rng, _SKEW))
+        clearance = abs(clearance)
+    normal = np.array([-math.sin(heading), math.cos(heading)])
+    distance = clearance + offset + car.reach(normal)
+    origin = np.array([car.x, 0.0]) + distance * normal
+    if opposite is not None and (np.asarray(opposite.origin) - origin) @ normal > -_AISLE:
+        return None
+    return heading, origin
+
+
+def _fill(
+    rng: np.random.Generator,
+    ranges: Ranges,
+    fitted: Fitted,
+    plate: Plate,
+    shape: Shape,
+    heading: float,
+    origin: np.ndarray,
+) -> Row | None:
+    """Draw the slots along an entrance line; None where no whole slot would be seen."""
+    row = Row(shape, (float(origin[0]), float(origin[1])), heading, ())
+    starts, ends = _slots_along(rng, fitted, shape)
+    place = rng.random()
+    count = 1 + int(np.searchsorted(np.cumsum(getattr(fitted, shape.family).count), rng.random()))
+    before = min(int(rng.random() * count), count - 1)
+    run_before, run_after = rng.random(2) < ranges.run_on
+
+    seen = _seen(row, plate)
+    if seen is None or seen[1] - seen[0] < shape.entrance:
+        return None
+    shift = seen[0] + place * (seen[1] - seen[0] - shape.entrance)
+    starts, ends = starts + shift, ends + shift
+    number = np.arange(-_SIDE, _SIDE + 1)
+    wanted = (run_before | (number >= -before)) & (run_after | (number < count - before))
+    margin = shape.entrance + abs(shape.depth * math.cos(shape.angle))
+    near = (ends > seen[0] - margin) & (starts < seen[1] + margin)
+
+    front = np.stack([starts, ends], 1)
+    inside, on_ground = _look(row, plate, front)
+    if not (wanted & near & (inside & on_ground).all(1)).any():
+        return None
+    shown = wanted & near & (~inside | on_ground).all(1)
+    if (wanted[:, None] & inside & ~on_ground).sum() > (wanted[:, None] & inside & on_ground).sum():
+        return None
+    return attrs.evolve(row, stretches=_stretches(starts[shown], ends[shown]))
+
+
+def _slots_along(rng: np.random.Generator, fitted: Fitted, shape: Shape) -> tuple[np.ndarray, np.ndarray]:
+    """Where slots start and end (N,) along the entrance line, the one in the middle starting at 0."""
+    count = 2 * _SIDE + 1
+    steps = np.linspace(0.0, 1.0, len(fitted.variation))
+    # A table of ratios between neighbours: each of the two varies by its square root.
+    lengths = shape.entrance * np.sqrt(np.interp(rng.random(count), steps, fitted.variation))
+    gaps = np.interp(rng.random(count), np.linspace(0.0, 1.0, len(fitted.gap)), fitted.gap)
+    gaps *= rng.random(count) < fitted.gap_rate
+    starts = np.concatenate([[0.0], np.cumsum(lengths + gaps)[:-1]])
+    starts -= starts[_SIDE]
+    return starts, starts + lengths
+
+
+def _seen(row: Row, plate: Plate) -> tuple[float, float] | None:
+    """The piece of the entrance line's axis that lies in the frame, metres from the row's origin."""
+    half = np.array(plate.frame.size) / 2
+    origin, along = np.asarray(row.origin), row.along
+    with np.errstate(divide="ignore", invalid="ignore"):
+        low, high = np.sort([(-half - origin) / along, (half - origin) / along], axis=0)
+    flat = along == 0
+    if (flat & (np.abs(origin) > half)).any():
+        return None
+    near, far = float(np.where(flat, -np.inf, low).max()), float(np.where(flat, np.inf, high).min())
+    return (near, far) if near < far else None
+
+
+def _look(row: Row, plate: Plate, front: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Whether marking points, given along the entrance line (N, 2), are in the frame, and their lines on ground."""
+    points = np.asarray(row.origin) + front[..., None] * row.along
+    probes = np.array([np.zeros(2), row.along, -row.along, row.inwards]) * _PROBE
+    uv = plate.frame.to_image(points[..., None, :] + probes)
+    inside = plate.frame.contains(uv)
+    u, v = np.floor(uv).astype(np.int64)[..., 0], np.floor(uv).astype(np.int64)[..., 1]
+    ground = plate.ground[np.clip(v, 0, plate.frame.height - 1), np.clip(u, 0, plate.frame.width - 1)]
+    return inside[..., 0], (ground | ~inside).all(-1)
+
+
+def _stretches(starts: np.ndarray, ends: np.ndarray) -> tuple[Stretch, ...]:
+    """Slots joined where one ends as the next starts."""
+    stretches: list[list[float]] = []
+    for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
+        # A thousandth of a millimetre: neighbours meet to rounding, gaps are wider than centimetres.
+        if stretches and abs(start - stretches[-1][-1]) < 1e-6:
+            stretches[-1].append(end)
+        else:
+            stretches.append([start, end])
+    return tuple(map(tuple, stretches))
