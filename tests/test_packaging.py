@@ -4,6 +4,7 @@ import importlib.metadata
 import importlib.util
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -19,6 +20,7 @@ import pavemark
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PYTHON = shlex.quote(sys.executable)
 SETUP_NEEDS = ("bash", "cat", "cut", "dirname", "grep", "mkdir", "rm", "sha256sum", "tail")
 
 
@@ -137,7 +139,7 @@ def test_no_python_is_told_in_one_line(machine):
 
 def test_an_unsuitable_python_is_passed_over(machine):
     programs, run = machine
-    executable(programs / "python3", f'exec {sys.executable} -c "import sys; sys.version_info = (3, 9, 2); $2"')
+    executable(programs / "python3", f'exec {PYTHON} -c "import sys; sys.version_info = (3, 9, 2); $2"')
     executable(programs / "python3.13", 'echo "pyenv: python3.13: command not found" >&2; exit 127')
     assert "no Python 3.13 or 3.11" in one_line(run())
 
@@ -149,7 +151,7 @@ def test_a_chosen_python_is_named_when_it_does_not_suit(machine):
 
 def test_missing_libraries_are_installed_by_root_and_named_to_others(machine):
     programs, run = machine
-    executable(programs / "python3", f'[ "$1" = - ] && echo libx11-6 && exit\nexec {sys.executable} "$@"')
+    executable(programs / "python3", f'[ "$1" = - ] && echo libx11-6 && exit\nexec {PYTHON} "$@"')
     executable(programs / "apt-get", 'echo "E: Unable to locate package $*"; exit 100')
     done = run()
     command = "apt-get install --no-install-recommends libx11-6"
@@ -163,7 +165,7 @@ def test_missing_libraries_are_installed_by_root_and_named_to_others(machine):
 @pytest.mark.slow
 def test_no_network_is_told_in_one_line(machine):
     programs, run = machine
-    executable(programs / "python3", f'[ "$1" = - ] && exit\nexec {sys.executable} "$@"')
+    executable(programs / "python3", f'[ "$1" = - ] && exit\nexec {PYTHON} "$@"')
     nowhere = {"PIP_INDEX_URL": "http://127.0.0.1:9/", "PIP_CONFIG_FILE": os.devnull, "PIP_RETRIES": "1"}
     assert "the package index cannot be reached" in one_line(run(**nowhere))
 
