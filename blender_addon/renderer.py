@@ -6,13 +6,15 @@ import tempfile
 from pathlib import Path
 
 import bpy
+import numpy as np
 
+from pavemark.ground import Frame
 from pavemark.layers import Layers, read
 from pavemark.plan import Plan
 from pavemark.plate import Plate
 from pavemark.scene import Scene
 
-from .settings import Cycles, Output
+from .settings import Cycles, Output, Window
 from .stage import Stage
 
 _MEMORY = Path("/dev/shm")
@@ -41,16 +43,23 @@ class BlenderRenderer:
         OSError
             When Blender has not written the layers.
         """
+        frame = scene.plate.frame
+        decals = np.zeros((frame.height, frame.width, 4), np.float32)
         stage = Stage(self.target)
         try:
-            stage.camera(scene.plate.frame)
-            stage.markings(scene, plan)
-            # Every decal may lie over every other.
-            Cycles(plan.samples, transparent=len(scene.markings) + 1, threads=self.threads).apply(self.target)
-            with tempfile.TemporaryDirectory(dir=_MEMORY if _MEMORY.is_dir() else None) as folder:
-                path = Path(folder) / "layers.exr"
-                Output(scene.plate.frame, str(path)).apply(self.target)
-                bpy.ops.render.render(write_still=True, scene=self.target.name)
-                return read(path)
+            stage.camera(frame)
+            window = stage.markings(scene, plan)
+            if window is not None:
+                # Every decal may lie over every other.
+                Cycles(plan.samples, transparent=len(scene.markings) + 1, threads=self.threads).apply(self.target)
+                decals[window.top : window.bottom, window.left : window.right] = self._rendered(frame, window).decals
         finally:
             stage.clear()
+        return Layers(decals)
+
+    def _rendered(self, frame: Frame, window: Window) -> Layers:
+        with tempfile.TemporaryDirectory(dir=_MEMORY if _MEMORY.is_dir() else None) as folder:
+            path = Path(folder) / "layers.exr"
+            Output(frame, window, str(path)).apply(self.target)
+            bpy.ops.render.render(write_still=True, scene=self.target.name)
+            return read(path)

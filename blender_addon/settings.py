@@ -55,18 +55,39 @@ class Cycles:
 
 
 @attrs.frozen
+class Window:
+    """The pixels of a frame that are rendered: columns left … right - 1, rows top … bottom - 1 from the top."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+
+@attrs.frozen
 class Output:
-    """One frame of ground into a multilayer EXR."""
+    """A window of one frame of ground into a multilayer EXR of the window's size.
+
+    Empty ground costs almost as much as paint (53 ms of 65 at 600×600 on one thread), so only what holds decals is
+    rendered.
+    """
 
     frame: Frame
+    window: Window
     path: str
 
     def apply(self, scene: bpy.types.Scene) -> None:
         """Set it on a scene."""
-        render = scene.render
-        render.resolution_x, render.resolution_y = self.frame.width, self.frame.height
+        render, (width, height) = scene.render, (self.frame.width, self.frame.height)
+        render.resolution_x, render.resolution_y = width, height
         render.resolution_percentage = 100
         render.pixel_aspect_x = render.pixel_aspect_y = 1.0
+        render.use_border = render.use_crop_to_border = True
+        # Blender rounds border times size down to whole pixels; a hundredth keeps it from falling short.
+        render.border_min_x = (self.window.left + 0.01) / width
+        render.border_max_x = (self.window.right + 0.01) / width
+        render.border_min_y = (height - self.window.bottom + 0.01) / height
+        render.border_max_y = (height - self.window.top + 0.01) / height
         render.use_file_extension = False
         render.filepath = self.path
         versions.exr_layers(render.image_settings)

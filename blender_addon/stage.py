@@ -14,6 +14,7 @@ from pavemark.scene import Marking, Paint, Scene
 
 from . import curves, decals, paint, sheets, versions
 from .nodes import node, output
+from .settings import Window
 
 CAMERA_HEIGHT = 10.0
 _HARD_EDGED = 2
@@ -65,17 +66,28 @@ class Stage:
         mesh.materials.append(material)
         self._add("Pavemark ground", mesh)
 
-    def markings(self, scene: Scene, plan: Plan) -> None:
-        """Every marking as curves to edit and a decal that shows them, later ones above earlier ones."""
+    def markings(self, scene: Scene, plan: Plan) -> Window | None:
+        """Every marking as curves to edit and a decal that shows them, later ones above earlier ones.
+
+        Returns
+        -------
+        Window or None
+            The pixels with any decal; None when no decal touches the frame.
+        """
+        painted = np.zeros((scene.plate.frame.height, scene.plate.frame.width), bool)
         for number, marking in enumerate(scene.markings):
-            self._marking(f"Marking {number} {marking.kind}", marking, scene, plan, number)
+            painted |= self._marking(f"Marking {number} {marking.kind}", marking, scene, plan, number)
+        rows, columns = (np.flatnonzero(painted.any(axis)) for axis in (1, 0))
+        if not len(rows):
+            return None
+        return Window(int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)
 
     def clear(self) -> None:
         """Remove all that this stage has made."""
         bpy.data.batch_remove(self._data)
         bpy.data.collections.remove(self.collection)
 
-    def _marking(self, name: str, marking: Marking, scene: Scene, plan: Plan, number: int) -> None:
+    def _marking(self, name: str, marking: Marking, scene: Scene, plan: Plan, number: int) -> np.ndarray:
         frame = scene.plate.frame
         height = decals.LIFT * (number + 1)
         for make, parts in ((curves.strokes, marking.strokes), (curves.areas, marking.areas)):
@@ -84,6 +96,7 @@ class Stage:
         shape = outline(marking, scene.curvature)
         effects = plan.nodes[number]
         values = sheet(shape, frame, scene.tyres if {"wear", "dirt"} & set(effects) else None, "wear" in effects)
+        painted = values[..., COVERAGE] > 0
         if plan.samples < _HARD_EDGED:
             mesh = decals.pixels(name, values[..., COVERAGE], frame, height)
         else:
@@ -94,6 +107,7 @@ class Stage:
         colour = marking.paint.ratio if plan.colour == "ratio" else _emitted(marking.paint)
         mesh.materials.append(self._keep(paint.material(name, marking.paint, colour, effects, image)))
         self._add(name, mesh)
+        return painted
 
     def _add(self, name: str, data: bpy.types.ID) -> bpy.types.Object:
         made = bpy.data.objects.new(name, self._keep(data))

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import shapely
 
+from pavemark.geometry.coverage import coverage
 from pavemark.geometry.outline import outline
 from pavemark.ground import Frame
 from pavemark.plan import plan
@@ -85,3 +86,15 @@ def test_any_frame(renderer, frame):
     drawn = alpha(renderer, scene)
     assert drawn.shape == (frame.height, frame.width)
     assert drawn.sum() / frame.scale**2 == pytest.approx(inside.area, rel=1e-3)
+
+
+@pytest.mark.parametrize("size", [(600, 600), (97, 301), (448, 720), (1000, 1000)])
+def test_alpha_is_the_coverage_wherever_the_paint_lies(renderer, size):
+    """Only a window is rendered; it lands on its own pixels."""
+    frame, rng = Frame(*size, 60), np.random.default_rng(size[0])
+    for _ in range(8):
+        middle = rng.uniform(-0.5, 0.5, 2) * frame.size
+        stroke = Stroke((tuple(middle), tuple(middle + rng.uniform(-0.6, 0.6, 2))), 0.1)
+        scene = attrs.evolve(lines(1, None, frame), markings=(Marking("slot", WHITE, (stroke,)),))
+        share = coverage(outline(scene.markings[0], None), frame)
+        assert np.abs(alpha(renderer, scene) - share).max() <= 2**-11  # half floats

@@ -13,7 +13,7 @@ from scenes import plate, row
 bpy = pytest.importorskip("bpy", reason="the bpy wheel is not installed")
 
 from blender_addon import curves  # noqa: E402 - needs bpy
-from blender_addon.settings import Cycles, Output  # noqa: E402
+from blender_addon.settings import Cycles, Output, Window  # noqa: E402
 from blender_addon.stage import Stage  # noqa: E402
 
 
@@ -48,6 +48,12 @@ def test_colours_are_ratios_or_absolute_as_the_blend_asks(renderer):
     ratio, absolute = decals(renderer, bands(240, method="reflectance")), decals(renderer, bands(240, method="alpha"))
     assert ratio[280, 300, :3] == pytest.approx([2.4] * 3, abs=2e-3)
     assert absolute[280, 300, :3] == pytest.approx([((240 / 255 + 0.055) / 1.055) ** 2.4] * 3, abs=1e-3)
+
+
+def test_markings_outside_the_frame_leave_nothing(renderer):
+    scene = bands(200)
+    beside = Marking("slot", scene.markings[0].paint, (Stroke(((20.0, 0.0), (30.0, 0.0)), 0.5),))
+    assert not decals(renderer, attrs.evolve(scene, markings=(beside,))).any()
 
 
 def test_areas_with_holes(renderer):
@@ -106,7 +112,7 @@ def test_the_ground_plane_shows_the_plate_and_both_routes_agree(renderer, frame,
     stage.ground(background)
     stage.markings(scene, plan(scene))
     Cycles(transparent=4).apply(target)
-    Output(frame, str(tmp_path / "whole.exr")).apply(target)
+    Output(frame, Window(0, 0, frame.width, frame.height), str(tmp_path / "whole.exr")).apply(target)
     bpy.ops.render.render(write_still=True)
     stage.clear()
     whole = read(tmp_path / "whole.exr").decals[..., :3]
