@@ -14,7 +14,6 @@ import numpy as np
 import OpenImageIO as oiio
 
 from pavemark.errors import InputError
-from pavemark.ground import Frame
 from pavemark.records import within
 
 SMALLEST, LARGEST = 8, 16384

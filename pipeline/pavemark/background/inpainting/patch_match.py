@@ -11,7 +11,7 @@ RADIUS = 5
 """Patches are 11×11 pixels: wide enough for the joints of paving, and three times as costly as radius 3."""
 
 SMALLEST = 96
-"""Pixels a side to which a smaller image is mirrored: in the coarsest of the halved images a hole must leave a source."""
+"""Pixels a side to which a smaller image is mirrored: of its coarsest halved version a hole must leave a source."""
 
 SEED = 0
 
