@@ -42,6 +42,15 @@ def _some(count: int):
     return check
 
 
+def _anticlockwise(instance: object, attribute: attrs.Attribute, value: Path) -> None:
+    for (ax, ay), (bx, by), (cx, cy) in zip(value, value[1:] + value[:1], value[2:] + value[:2], strict=True):
+        if not (bx - ax) * (cy - by) - (by - ay) * (cx - bx) > 0:
+            raise ValueError(
+                f"{attribute.name} turn right or not at all at ({bx:g}, {by:g}): allowed are convex slots, "
+                "corners anticlockwise seen from above"
+            )
+
+
 _seed = within(0, 2**63 - 1)
 _share = within(0.0, 1.0)
 
@@ -226,7 +235,7 @@ class Slot:
     Attributes
     ----------
     corners : tuple of 4 Point
-        p1, p2, p3, p4 before the curvature, anticlockwise seen from above. p1 → p2 is the entrance line and its
+        p1, p2, p3, p4 before the curvature, convex, anticlockwise seen from above. p1 → p2 is the entrance line and its
         ends are the marking points (centre lines crossing); the slot lies to the left of p1 → p2. p4 lies behind
         p1, p3 behind p2, along the separating lines.
     kind : str
@@ -238,7 +247,7 @@ class Slot:
         no entrance line; "corner" only short strokes at the marking points.
     """
 
-    corners: tuple[Point, Point, Point, Point] = attrs.field(validator=within(-REACH, REACH))
+    corners: tuple[Point, Point, Point, Point] = attrs.field(validator=[within(-REACH, REACH), _anticlockwise])
     kind: str = attrs.field(validator=one_of("perpendicular", "parallel", "slanted"))
     marks: tuple[str, str] = attrs.field(validator=one_of("T", "L"))
     outline: str = attrs.field(validator=one_of("closed", "half-closed", "open", "corner"))
