@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
+from collections.abc import Iterable
 from pathlib import Path
 
 import cv2
@@ -29,13 +30,18 @@ def write(path: Path, data: bytes | str) -> None:
     InputError
         When the folder or the file cannot be written, or the disk is full; nothing is left behind.
     """
+    write_parts(path, [data.encode() if isinstance(data, str) else data])
+
+
+def write_parts(path: Path, parts: Iterable[bytes]) -> None:
+    """As `write`, for a file that need not fit in memory: its parts follow each other."""
     path = Path(path)
     aside = _aside(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
             with aside.open("wb") as stream:
-                stream.write(data.encode() if isinstance(data, str) else data)
+                stream.writelines(parts)
                 stream.flush()
                 os.fsync(stream.fileno())
             aside.replace(path)

@@ -33,14 +33,29 @@ class Shard:
 
 @attrs.frozen
 class Entry:
-    """A finished image: its row of the manifest and its part of coco.json, both as JSON text."""
+    """Where the line of a finished image stands in the journals.
 
-    row: bytes
-    coco: bytes
+    Attributes
+    ----------
+    path : Path
+    start, end : int
+        Bytes of the line in the file.
+    """
+
+    path: Path
+    start: int
+    end: int
+
+    def read(self) -> tuple[bytes, bytes]:
+        """Its row of the manifest and its part of coco.json, both as JSON text."""
+        with self.path.open("rb") as stream:
+            stream.seek(self.start)
+            match = _LINE.fullmatch(stream.read(self.end - self.start))
+        return match[2], match[3]
 
 
 class Journal:
-    """The journal of one shard, open for writing by one process at a time.
+    """The journal of one shard, open for writing by one process at a time. Use it in a `with` statement.
 
     Raises
     ------
@@ -84,8 +99,10 @@ class Journal:
         except OSError as error:
             raise InputError(self._path, f"cannot be written: {error.strerror}") from None
 
-    def close(self) -> None:
-        """Let another process write it."""
+    def __enter__(self) -> Journal:
+        return self
+
+    def __exit__(self, *error: object) -> None:
         os.close(self._file)
 
 
@@ -94,24 +111,37 @@ def folder(out: Path) -> Path:
     return out / "journal"
 
 
-def indices(out: Path) -> set[int]:
-    """Indices of all images that some journal calls finished."""
-    return {int(line[1]) for line in _lines(out)}
-
-
 def entries(out: Path) -> dict[int, Entry]:
-    """All finished images by index, ascending."""
-    found = {int(line[1]): Entry(line[2], line[3]) for line in _lines(out)}
-    return dict(sorted(found.items()))
-
-
-def _lines(out: Path) -> Iterator[re.Match[bytes]]:
-    for path in sorted(folder(out).glob("*.jsonl")):
+    """All images that some journal calls finished, by index."""
+    found = {}
+    for path in _journals(out):
         with path.open("rb") as stream:
+            start = 0
             for line in stream:
                 # The last line of a journal is torn where its writer was killed, or is being written just now.
                 if match := _LINE.fullmatch(line):
-                    yield match
+                    found[int(match[1])] = Entry(path, start, start + len(line))
+                start += len(line)
+    return found
+
+
+def versions(out: Path) -> list[dict[str, str]]:
+    """What made the first image of each journal."""
+    found = []
+    for path in _journals(out):
+        with path.open("rb") as stream:
+            if match := _LINE.fullmatch(stream.readline()):
+                found.append(json.loads(match[2])["versions"])
+    return found
+
+
+def newest(out: Path) -> int:
+    """When a journal was last written, in the file system's nanoseconds."""
+    return max((path.stat().st_mtime_ns for path in _journals(out)), default=0)
+
+
+def _journals(out: Path) -> list[Path]:
+    return sorted(folder(out).glob("*.jsonl"))
 
 
 @contextmanager

@@ -1,0 +1,148 @@
+"""The job file: what is to be made. Preset, then job file, then command line; the later one counts."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import attrs
+
+from pavemark.background.inpainting import METHODS
+from pavemark.background.reading import MaskTable
+from pavemark.errors import InputError
+from pavemark.randomize.domains import Domains, preset
+from pavemark.records import one_of, structure, within
+
+FORMATS = ("dmpr", "ps2", "coco", "yolo")
+PRESETS = ("default", "paper")
+PIXELS_PER_METRE = 60.0
+
+
+def _distinct(instance: Any, attribute: attrs.Attribute, value: tuple[str, ...]) -> None:
+    if len(set(value)) < len(value):
+        raise ValueError(f"{attribute.name} = {list(value)}: each format once is allowed")
+
+
+@attrs.frozen(kw_only=True)
+class Job(Domains):
+    """A job: the images it starts from, how many it makes of them, and the domains it draws from.
+
+    Attributes
+    ----------
+    images : str
+        Folder of real AVM images.
+    masks : str or None
+        Folder of their marking masks, PNGs of the same names; None finds the markings in the images.
+    scale : float or None
+        Pixels per metre of the images. Neither this nor `metres_per_pixel`: 60, so that 600 px are 10 m.
+    metres_per_pixel : float or None
+        The same the other way round.
+    inpainter : str
+        What fills the ground where markings were.
+    mask : MaskTable
+        What the values of a mask mean.
+    count : int
+        Synthetic images to make.
+    seed : int
+        Everything random follows from it.
+    preset : str
+        Settings of the domains to start from.
+    formats : tuple of str
+        Label formats to write.
+    """
+
+    images: str
+    masks: str | None = None
+    scale: float | None = attrs.field(default=None, validator=attrs.validators.optional(within(1.0, 10000.0)))
+    metres_per_pixel: float | None = attrs.field(default=None, validator=attrs.validators.optional(within(0.0001, 1.0)))
+    inpainter: str = attrs.field(default="patchmatch", validator=one_of(*METHODS))
+    mask: MaskTable = attrs.field(factory=MaskTable)
+    count: int = attrs.field(default=200, validator=within(1, 10**9))
+    seed: int = attrs.field(default=0, validator=within(0, 2**63 - 1))
+    preset: str = attrs.field(default="default", validator=one_of(*PRESETS))
+    formats: tuple[str, ...] = attrs.field(default=FORMATS, validator=[one_of(*FORMATS), _distinct])
+
+    def __attrs_post_init__(self) -> None:
+        if self.scale is not None and self.metres_per_pixel is not None:
+            raise ValueError("scale and metres_per_pixel are both given: one of them is allowed")
+
+    @property
+    def pixels_per_metre(self) -> float:
+        """The scale, however it was given."""
+        if self.metres_per_pixel is not None:
+            return 1 / self.metres_per_pixel
+        return PIXELS_PER_METRE if self.scale is None else self.scale
+
+
+def read(path: Path | None, options: dict[str, Any]) -> Job:
+    """Read a job.
+
+    Parameters
+    ----------
+    path : Path or None
+        The job file, TOML. The folders it names are relative to it.
+    options : dict
+        What the command line says, as the job file would say it. Its folders are relative to the working directory.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read, an unknown field, or a value that is not allowed.
+    """
+    here = "command line"
+    # Alone first, so that a bad option is not blamed on the job file.
+    structure(Job, {"images": "", **options}, here)
+    told = {} if path is None else _absolute(_toml(path), path.parent)
+    if options.keys() & {"scale", "metres_per_pixel"}:
+        told.pop("scale", None)
+        told.pop("metres_per_pixel", None)
+    chosen = merge(told, _absolute(options, Path.cwd()))
+    where = path or here
+    if "images" not in chosen:
+        raise InputError(where, "images is missing: a folder of AVM images is needed (--images DIR)")
+    name = chosen.get("preset", "default")
+    if name not in PRESETS:
+        raise InputError(where, f"preset = {name!r}: allowed {', '.join(PRESETS)}")
+    return structure(Job, merge(preset(name), chosen), where)
+
+
+def merge(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
+    """Tables merged field by field, however deep; where both name a value, the upper one counts."""
+    merged = dict(below)
+    for name, value in above.items():
+        under = merged.get(name)
+        merged[name] = merge(under, value) if isinstance(under, dict) and isinstance(value, dict) else value
+    return merged
+
+
+def setting(text: str) -> dict[str, Any]:
+    """A setting as a job file would hold it: ``noise.rate = 0.2``.
+
+    Examples
+    --------
+    >>> setting("noise.rate = 0.2")
+    {'noise': {'rate': 0.2}}
+    """
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(
+            "--set", f"{text!r}: allowed is a line of a job file, like 'noise.rate = 0.2' ({error})"
+        ) from None
+
+
+def _toml(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise InputError(path, f"not a TOML file: {error}") from None
+
+
+def _absolute(data: dict[str, Any], base: Path) -> dict[str, Any]:
+    folders = {
+        name: str((base / data[name]).absolute()) for name in ("images", "masks") if isinstance(data.get(name), str)
+    }
+    return {**data, **folders}

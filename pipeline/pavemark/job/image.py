@@ -1,0 +1,142 @@
+"""One image from end to end."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+
+from pavemark import files
+from pavemark.background.contours import areas
+from pavemark.background.plates import make_plate
+from pavemark.compose import optics
+from pavemark.compose.image import compose
+from pavemark.errors import InputError
+from pavemark.job.clock import Timings
+from pavemark.job.config import Job
+from pavemark.job.folder import Folder
+from pavemark.labels import coco, dmpr, masks, ps2, yolo
+from pavemark.labels.truth import Truth, truth
+from pavemark.layers import Renderer
+from pavemark.plan import plan
+from pavemark.plate import Plate
+from pavemark.randomize.scene import randomize
+from pavemark.records import to_json
+from pavemark.scene import Area
+
+ENCODERS = {"dmpr": dmpr.encode, "ps2": ps2.encode, "yolo": yolo.encode}
+
+
+class UnusableImage(InputError):
+    """An image of the batch, or its mask, is bad: the others can still be made."""
+
+
+@attrs.frozen(eq=False)
+class Ground:
+    """A plate and what the domains ask about it.
+
+    Attributes
+    ----------
+    plate : Plate
+    original : tuple of Area
+        Outlines of the markings that the input image had.
+    blur : tuple of tuple of float
+        The picture's own blur, as `Optics.blur`.
+    """
+
+    plate: Plate
+    original: tuple[Area, ...]
+    blur: tuple[tuple[float, ...], ...]
+
+
+@lru_cache(maxsize=4)
+def read_ground(image: Path, mask: Path | None, job: Job) -> Ground:
+    """The plate of an input image.
+
+    Raises
+    ------
+    UnusableImage
+        When the image or its mask cannot be used.
+    """
+    try:
+        plate = make_plate(image, mask, job.pixels_per_metre, job.mask, job.inpainter)
+    except InputError as error:
+        raise UnusableImage(error.where, error.what) from None
+    return Ground(plate, areas(plate.markings, plate.frame.matrix), optics.measure(plate))
+
+
+def make_image(
+    index: int, image: Path, mask: Path | None, job: Job, folder: Folder, renderer: Renderer
+) -> tuple[dict[str, Any], dict[str, Any] | None]:
+    """Make a synthetic image with everything that belongs to it, and write it.
+
+    Parameters
+    ----------
+    index : int
+        Its number in the job.
+    image, mask : Path, Path or None
+        The input it starts from.
+    job : Job
+    folder : Folder
+        Where its files go.
+    renderer : Renderer
+
+    Returns
+    -------
+    row : dict
+        Its row of the manifest: hashes, seed and timings.
+    fragment : dict or None
+        What it adds to coco.json, where that is asked for.
+
+    Raises
+    ------
+    UnusableImage
+        When the input cannot be used.
+    InputError
+        When a file cannot be written.
+    """
+    timings = Timings()
+    paths = folder.paths(index)
+    with timings.stage("plate"):
+        ground = read_ground(image, mask, job)
+        plate = ground.plate
+    with timings.stage("scene"):
+        scene = randomize(plate, index, job.seed, job, ground.original, ground.blur)
+        todo = plan(scene)
+    with timings.stage("render"):
+        layers = renderer.render(scene, plate, todo) if todo.renders else None
+    with timings.stage("compose"):
+        pixels = compose(scene, todo, plate, layers)
+    with timings.stage("labels"):
+        true = truth(scene, plate.ground)
+        encoded = _encoded(pixels, true, job.formats)
+        encoded["scene"] = to_json(scene).encode()
+        fragment = coco.fragment(true, paths["image"].name) if "coco" in job.formats else None
+    with timings.stage("files"):
+        for what, data in encoded.items():
+            files.write(paths[what], data)
+    row = {
+        "index": index,
+        "input": image.name,
+        "plate": plate.sha256,
+        "seed": job.seed,
+        "files": {
+            paths[what].relative_to(folder.out).as_posix(): hashlib.sha256(data).hexdigest()
+            for what, data in encoded.items()
+        },
+        "timings": timings.seconds,
+    }
+    return row, fragment
+
+
+def _encoded(pixels: np.ndarray, true: Truth, formats: tuple[str, ...]) -> dict[str, bytes]:
+    encoded = {"image": files.png(pixels), "mask": files.png(masks.lines(true)), "slots": files.png(masks.slots(true))}
+    for name, encode in ENCODERS.items():
+        if name in formats:
+            data = encode(true)
+            encoded[name] = data.encode() if isinstance(data, str) else data
+    return encoded

@@ -1,0 +1,199 @@
+"""A run: whatever a job still lacks is made, and what is there is joined into one dataset."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import attrs
+
+from pavemark.background.index import Entry, index
+from pavemark.errors import InputError
+from pavemark.job import journal
+from pavemark.job.config import Job
+from pavemark.job.crew import Answer, Crew, Task
+from pavemark.job.dataset import join
+from pavemark.job.folder import Folder, claim
+from pavemark.job.journal import Journal, Shard
+from pavemark.job.order import place
+from pavemark.job.progress import Progress
+
+SOME_LACK = 1
+"""Exit code when an input image was left out or an image failed."""
+
+
+RECYCLE = 100
+"""Images after which a worker is replaced: Blender keeps a little of everything it has drawn."""
+
+
+@attrs.frozen
+class Machine:
+    """How a run uses the machine. None of it changes a bit of what is made.
+
+    Attributes
+    ----------
+    command : tuple of str
+        Starts a worker.
+    workers : int
+        Processes at a time.
+    recycle : int
+        Images after which a process is replaced.
+    patience : float
+        Seconds after which an image counts as stuck. The inpainting of a very large one takes longest.
+    """
+
+    command: tuple[str, ...]
+    workers: int
+    recycle: int = RECYCLE
+    patience: float = 900.0
+
+
+def run(job: Job, out: Path, shard: Shard, machine: Machine, progress: Progress) -> int:
+    """Make what a job, or one shard of it, still lacks.
+
+    Returns
+    -------
+    int
+        Exit code: 0, 1 when an input image was left out or an image failed, 128 + the signal when it was stopped.
+
+    Raises
+    ------
+    InputError
+        When the job cannot be done: no usable image, an output folder that cannot be written or holds another job.
+    """
+    entries, unmatched = index(Path(job.images), None if job.masks is None else Path(job.masks))
+    if out.exists() and not out.is_dir():
+        raise InputError(out, "is a file: a folder is allowed")
+    with Journal(out, shard) as kept:
+        claim(out, job, entries)
+        folder = Folder.of(out, job)
+        folder.sweep()
+        for path in unmatched:
+            progress.tell(f"left out: {path}: no {'image' if path.parent == Path(job.masks) else 'mask'} has its name")
+        done = folder.finished()
+        missing = [number for number in range(shard.part, job.count, shard.parts) if number not in done]
+        run = Run(job, folder, entries, kept, progress)
+        with progress.of(len(missing)):
+            run.make(missing, machine)
+        join(folder)
+    progress.end(run.summary(len(range(shard.part, job.count, shard.parts)) - len(missing)))
+    return run.exit_code
+
+
+@attrs.define
+class Run:
+    """A run under way, and what has come of it so far."""
+
+    job: Job
+    folder: Folder
+    entries: tuple[Entry, ...]
+    kept: Journal
+    progress: Progress
+    made: int = 0
+    failed: int = 0
+    left_out: int = 0
+    unusable: set[int] = attrs.field(factory=set)
+    stopped_by: int | None = None
+
+    def make(self, missing: list[int], machine: Machine) -> None:
+        """Make images until none is missing or a signal stops it."""
+        setup = {"job": attrs.asdict(self.job), "out": str(self.folder.out), "patience": machine.patience}
+        size = min(machine.workers, len(missing))
+        versions = journal.versions(self.folder.out)
+        with Crew(machine.command, setup, size, machine.recycle) as crew, self._stoppable(crew):
+            for answer in crew.work(self._tasks(missing)):
+                if answer.task is None:
+                    versions = versions or [answer.message["versions"]]
+                    self._hold_against(versions, answer.message["versions"])
+                else:
+                    self._take(answer)
+        if crew.lost:
+            self.folder.sweep()
+        if len(self.unusable) == len(self.entries):
+            raise InputError(self.job.images, f"none of its {len(self.entries)} images can be used")
+
+    def _tasks(self, missing: Iterable[int]) -> Iterator[Task]:
+        for number in missing:
+            which = place(number, len(self.entries), self.job.seed)
+            if which in self.unusable:
+                self._leave_out()
+            else:
+                entry = self.entries[which]
+                yield Task(number, str(entry.image), entry.mask and str(entry.mask))
+
+    def _take(self, answer: Answer) -> None:
+        number, message = answer.task.index, answer.message
+        if answer.say == "done":
+            self.kept.append(number, message["row"], message["coco"])
+            self.made += 1
+            self.progress.step(lacking=False)
+        elif answer.say == "unusable":
+            which = place(number, len(self.entries), self.job.seed)
+            if len(self.entries) == 1:
+                raise InputError(message["where"], message["what"])
+            if which not in self.unusable:
+                self.progress.tell(f"left out: {message['where']}: {message['what']}")
+            self.unusable.add(which)
+            self._leave_out()
+        else:
+            log(self.folder.out, f"image {number}", message["trace"])
+            self.progress.tell(f"image {number} failed: {message['what']} ({self.folder.out / LOG} has more)")
+            self.failed += 1
+            self.progress.step(lacking=True)
+
+    def _leave_out(self) -> None:
+        self.left_out += 1
+        self.progress.step(lacking=True)
+
+    def _hold_against(self, there: list[dict[str, str]], here: dict[str, str]) -> None:
+        for before in there:
+            for name, version in before.items():
+                if here.get(name) != version:
+                    raise InputError(
+                        self.folder.out,
+                        f"begun with {name} {version}, this is {here.get(name)}: use that version, or another folder",
+                    )
+
+    @contextmanager
+    def _stoppable(self, crew: Crew) -> Iterator[None]:
+        def stop(number: int, frame: object) -> None:
+            self.stopped_by = number
+            crew.stop()
+
+        before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+        try:
+            yield
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+
+    @property
+    def exit_code(self) -> int:
+        """As `run` returns it."""
+        if self.stopped_by is not None:
+            return 128 + self.stopped_by
+        return SOME_LACK if self.failed or self.unusable else 0
+
+    def summary(self, before: int) -> str:
+        """What there is now, in one line."""
+        there = f"{before + self.made} of {self.job.count}" if self.exit_code else f"{before + self.made}"
+        told = [f"{there} images in {self.folder.out}, {self.made} of them made now"]
+        if self.stopped_by is not None:
+            told.append("stopped; the same command goes on from here")
+        if self.unusable:
+            told.append(f"{self.left_out} left out for {len(self.unusable)} of {len(self.entries)} input images")
+        if self.failed:
+            told.append(f"{self.failed} failed, see {self.folder.out / LOG}")
+        return "; ".join(told)
+
+
+LOG = "errors.log"
+
+
+def log(out: Path, what: str, trace: str) -> None:
+    """Keep what a developer wants to see and a user does not; on a full disk it is lost."""
+    with contextlib.suppress(OSError), (out / LOG).open("a", encoding="utf-8") as stream:
+        stream.write(f"{what}\n{trace.rstrip()}\n\n")
