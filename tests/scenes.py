@@ -6,6 +6,7 @@ import math
 
 import attrs
 import numpy as np
+
 from pavemark.ground import Frame
 from pavemark.plate import Plate
 from pavemark.scene import Blend, Curvature, Marking, Paint, PlateRef, Scene, Slot, Stroke
