@@ -244,7 +244,7 @@ class Slot:
         "T" or "L", the shape of the marking point at p1 and at p2.
     outline : str
         Which lines are painted: "closed" all four sides; "half-closed" no back line, entrance whole; "open" (U)
-        no entrance line; "corner" only short strokes at the marking points.
+        no entrance line; "corner" an entrance line only at the marking points, separating lines there or whole.
     """
 
     corners: tuple[Point, Point, Point, Point] = attrs.field(validator=[within(-REACH, REACH), _anticlockwise])

@@ -48,7 +48,7 @@ def find_car(plate: Plate) -> Car:
     width, height = frame.size
     band = max(1, round(_BAND * frame.scale))
     middle = frame.height // 2
-    covered = ~ground[max(0, middle - band) : middle + band].any(0)
+    covered = ground[max(0, middle - band) : middle + band].mean(0) < 0.5
     centre = frame.width // 2
     if covered.all():
         return Car(0.0, width / 2, height / 2, ())

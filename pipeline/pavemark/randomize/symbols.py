@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import attrs
 import numpy as np
 
@@ -87,6 +89,8 @@ def marking(symbols: Symbols, row: Row, paint: Paint) -> Marking:
 def _numbers(symbols: Symbols, row: Row, paint: Paint) -> Marking:
     """Numbers to be read from the aisle, in the middle of each slot."""
     unit = symbols.height / 4
+    # In slanted slots the numbers stay midway between the separating lines.
+    lean = (symbols.behind + symbols.height / 2) / math.tan(row.shape.angle)
     strokes = []
     for number, middle in enumerate(row.middles, symbols.first):
         text = f"{symbols.letter}{number}"
@@ -94,7 +98,7 @@ def _numbers(symbols: Symbols, row: Row, paint: Paint) -> Marking:
         for k, glyph in enumerate(text):
             for path in GLYPHS[glyph]:
                 points = np.array([(start + _PITCH * k + x, y) for x, y in path]) * unit
-                strokes.append(_stroke(row, middle, symbols.behind, points, 0.7 * unit))
+                strokes.append(_stroke(row, middle + lean, symbols.behind, points, 0.6 * unit))
     return Marking("symbol", paint, tuple(strokes))
 
 
