@@ -59,7 +59,7 @@ class Ranges:
     empty_rate: float = attrs.field(default=0.1, validator=_share)
     original_rate: float = attrs.field(default=0.0, validator=_share)
     both_sides: float = attrs.field(default=0.25, validator=_share)
-    run_on: float = attrs.field(default=0.5, validator=_share)
+    run_on: float = attrs.field(default=0.7, validator=_share)
     offset: tuple[float, float] = attrs.field(default=(-0.3, 0.3), validator=interval(-10.0, 10.0))
     symbol_rate: float = attrs.field(default=0.3, validator=_share)
 
