@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import shapely
-from shapely.geometry import MultiPolygon, Polygon
+from shapely.geometry import LineString, MultiPolygon, Polygon
 
 from pavemark.geometry.elastic import displace
-from pavemark.scene import Area, Curvature, Marking, Path, Stroke
+from pavemark.scene import Area, Curvature, Marking, Path
 
 STEP = 0.05
 """Metres between the points of a path that is to be bent: the chord's sagitta stays below 0.02 px at 60 px/m."""
@@ -30,9 +32,12 @@ def outline(marking: Marking, curvature: Curvature | None) -> MultiPolygon:
     MultiPolygon
         World, metres; valid, shells anticlockwise and holes clockwise; empty for paint without area.
     """
-    parts = [_stroked(stroke, curvature) for stroke in marking.strokes]
-    parts += [_filled(area, curvature) for area in marking.areas]
-    return polygons(shapely.union_all(parts))
+    strokes = [(path, stroke) for stroke in marking.strokes if len(path := _distinct(stroke.path, stroke.closed)) > 1]
+    lines = bend([LineString(_ring(path) if stroke.closed else path) for path, stroke in strokes], curvature)
+    reach = np.array([stroke.width / 2 for _, stroke in strokes])
+    bands = shapely.buffer(lines, reach, cap_style="flat", join_style="mitre", mitre_limit=MITRE_LIMIT)
+    areas = shapely.make_valid(bend([_polygon(area) for area in marking.areas], curvature))
+    return polygons(shapely.union_all([*bands, *areas]))
 
 
 def polygons(shape: shapely.Geometry) -> MultiPolygon:
@@ -45,36 +50,27 @@ def polygons(shape: shapely.Geometry) -> MultiPolygon:
     return MultiPolygon(kept)
 
 
-def bend(path: Path | np.ndarray, curvature: Curvature | None, closed: bool = False) -> np.ndarray:
-    """A path as it lies after the curvature.
+def bend(shapes: Sequence[shapely.Geometry], curvature: Curvature | None) -> np.ndarray:
+    """Lines or polygons (world, metres) as they lie after the curvature.
 
     Returns
     -------
-    ndarray (N, 2), float64
-        Metres. Points are added every STEP so that the path can bend; a closed path repeats its first point.
+    ndarray (N,) of the same kinds of geometry
+        With points every STEP, so that straight sides can bend; the shapes themselves without a curvature.
     """
-    points = np.asarray(path, np.float64)
-    if closed:
-        points = np.concatenate([points, points[:1]])
+    straight = np.array(shapes, dtype=object)
     if curvature is None:
-        return points
-    return displace(curvature, shapely.get_coordinates(shapely.segmentize(shapely.linestrings(points), STEP)))
+        return straight
+    return shapely.transform(shapely.segmentize(straight, STEP), lambda points: displace(curvature, points))
 
 
-def _stroked(stroke: Stroke, curvature: Curvature | None) -> shapely.Geometry:
-    path = _distinct(stroke.path, stroke.closed)
-    if len(path) < 2:
-        return Polygon()
-    line = shapely.linestrings(bend(path, curvature, stroke.closed))
-    return shapely.buffer(line, stroke.width / 2, cap_style="flat", join_style="mitre", mitre_limit=MITRE_LIMIT)
-
-
-def _filled(area: Area, curvature: Curvature | None) -> shapely.Geometry:
+def _polygon(area: Area) -> Polygon:
     shell, *holes = (_distinct(ring, closed=True) for ring in (area.ring, *area.holes))
-    if len(shell) < 3:
-        return Polygon()
-    bent = [bend(ring, curvature, closed=True) for ring in (shell, *(hole for hole in holes if len(hole) > 2))]
-    return shapely.make_valid(Polygon(bent[0], bent[1:]))
+    return Polygon(shell, [hole for hole in holes if len(hole) > 2]) if len(shell) > 2 else Polygon()
+
+
+def _ring(path: np.ndarray) -> np.ndarray:
+    return np.concatenate([path, path[:1]])
 
 
 def _distinct(path: Path, closed: bool) -> np.ndarray:

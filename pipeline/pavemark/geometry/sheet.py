@@ -7,7 +7,6 @@ import numpy as np
 import shapely
 
 from pavemark.geometry.coverage import coverage
-from pavemark.geometry.outline import bend
 from pavemark.ground import Frame
 from pavemark.scene import Tyres
 
@@ -54,7 +53,7 @@ def _edge_distance(share: np.ndarray, frame: Frame) -> np.ndarray:
 
 def _exposure(tyres: Tyres, frame: Frame) -> np.ndarray:
     """1 in the middle of a track, fading over its border."""
-    lines = [shapely.linestrings(bend(track, None)) for track in tyres.tracks if len(track) > 1]
+    lines = [shapely.linestrings(track) for track in tyres.tracks if len(track) > 1]
     bands = shapely.union_all([shapely.buffer(line, tyres.width / 2, cap_style="flat") for line in lines])
     parts = [part for part in shapely.get_parts(bands) if part.geom_type == "Polygon"]
     area = shapely.MultiPolygon([shapely.geometry.polygon.orient(part) for part in parts])

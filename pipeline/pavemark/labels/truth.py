@@ -150,10 +150,10 @@ def truth(scene: Scene, ground: np.ndarray) -> Truth:
         MarkingPoint(_pair(points[k]), _pair(directions[k]), shapes[k], bool(visibility[:, :2].flat[k] == VISIBLE))
         for k in chosen
     )
+    areas = bend(shapely.polygons(corners), curvature)
+    regions = shapely.clip_by_rect(shapely.transform(areas, frame.to_image), 0, 0, frame.width, frame.height)
     slots = []
     for k, slot in enumerate(scene.slots):
-        area = Polygon(bend(slot.corners, curvature, closed=True))
-        ring = frame.to_image(shapely.get_coordinates(area))
         slots.append(
             ParkingSlot(
                 entrance=(which[2 * k], which[2 * k + 1]),
@@ -163,8 +163,8 @@ def truth(scene: Scene, ground: np.ndarray) -> Truth:
                 outline=slot.outline,
                 marks=slot.marks,
                 angle=_angle(uv[k]),
-                area=area,
-                region=polygons(shapely.clip_by_rect(Polygon(ring), 0, 0, frame.width, frame.height)),
+                area=areas[k],
+                region=polygons(regions[k]),
             )
         )
     return Truth(scene.index, frame, ground, marks, tuple(slots), markings)
