@@ -322,8 +322,8 @@ def test_a_scene_takes_less_than_five_milliseconds():
     randomize(FULL, 0, 0, DEFAULT)
     times = []
     for _ in range(5):
-        start = time.perf_counter()
+        start = time.process_time()
         for index in range(40):
             randomize(FULL, index, 0, DEFAULT)
-        times.append((time.perf_counter() - start) / 40)
+        times.append((time.process_time() - start) / 40)
     assert min(times) < 0.005
