@@ -1,0 +1,161 @@
+"""A real image and its mask become a clean plate."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from functools import lru_cache
+from pathlib import Path
+
+import attrs
+import cv2
+import numpy as np
+import OpenImageIO as oiio
+import patchmatch
+import scipy
+
+from pavemark.background import cache
+from pavemark.background.ego import ego_car
+from pavemark.background.inpainting import inpainter
+from pavemark.background.markings import find_markings
+from pavemark.background.ratios import reflectance_ratios
+from pavemark.background.reading import Classes, MaskTable, read_image, read_mask
+from pavemark.errors import InputError
+from pavemark.ground import Frame
+from pavemark.plate import Plate
+from pavemark.records import unstructure
+from pavemark.scene import PlateRef
+
+VERSION = 1
+"""Counted up with every change that makes other plates of the same input: plates in the cache are then made anew."""
+
+SOFT_EDGE = 4 / 60
+"""Metres by which the hole is wider than the mask. 9×9 pixels at 60 a metre leave at most 0.6 levels of paint."""
+
+_LIBRARIES = (cv2.__version__, patchmatch.__version__, scipy.__version__, np.__version__, oiio.VERSION_STRING)
+
+
+@attrs.frozen
+class _Source:
+    """All that a plate is made from."""
+
+    image: Path
+    mask: Path | None
+    scale: float
+    table: MaskTable
+    method: str
+
+    def key(self) -> str:
+        """Hash of all that the plate's pixels depend on, the files by their content."""
+        settings = [VERSION, *_LIBRARIES, self.scale, unstructure(self.table), self.method, self.mask is not None]
+        digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
+        for path in (self.image, self.mask):
+            if path is not None:
+                digest.update(hashlib.sha256(_bytes(path)).digest())
+        return digest.hexdigest()
+
+
+def make_plate(image: Path, mask: Path | None, scale: float, table: MaskTable, method: str) -> Plate:
+    """Take the markings off an image.
+
+    Plates are kept in a cache, by the content of the files: the same input is worked on once.
+
+    Parameters
+    ----------
+    image : Path
+        8-bit RGB, see `read_image`.
+    mask : Path or None
+        See `read_mask`. Without one the markings are looked for, see `find_markings`.
+    scale : float
+        Pixels per metre.
+    table : MaskTable
+        What the mask's values mean.
+    method : str
+        Name of an inpainter.
+
+    Returns
+    -------
+    Plate
+        Its arrays are read-only: they are shared by all who ask for the same plate.
+
+    Raises
+    ------
+    InputError
+        When a file or the method is refused, or the markings leave no ground to fill them from.
+    """
+    inpainter(method)
+    source = _Source(Path(image), None if mask is None else Path(mask), scale, table, method)
+    return _plate(source, source.key())
+
+
+# The last few stay in memory: the panel redraws one plate over and over, a job turns to the next.
+@lru_cache(maxsize=4)
+def _plate(source: _Source, key: str) -> Plate:
+    pixels = read_image(source.image)
+    height, width = pixels.shape[:2]
+    frame = _frame(source, width, height)
+    kept = cache.load(key)
+    if kept is None:
+        kept = _made(source, pixels, frame)
+        cache.store(key, **kept)
+    markings, ground = (_unpacked(kept[name], (height, width)) for name in ("markings", "ground"))
+    clean = pixels.copy()
+    clean[_hole(markings, ground, frame)] = kept["filled"]
+    for array in (pixels, clean, markings, ground):
+        array.setflags(write=False)
+    ratios = tuple((float(r), float(g), float(b)) for r, g, b in kept["ratios"])
+    return Plate(source.image.stem, frame, clean, ground, markings, pixels, ratios)
+
+
+def _frame(source: _Source, width: int, height: int) -> Frame:
+    """The image's frame, once its name and scale are known to be allowed."""
+    frame = Frame(width, height, source.scale)
+    try:
+        PlateRef(source.image.stem, "0" * 64, frame)
+    except ValueError as error:
+        raise InputError(source.image, str(error)) from None
+    return frame
+
+
+def _made(source: _Source, pixels: np.ndarray, frame: Frame) -> dict[str, np.ndarray]:
+    """What is worked out of an image: which pixels are marking and ground, what fills the hole, the ratios."""
+    classes = _classes(source, pixels, frame)
+    hole = _hole(classes.marking, classes.ground, frame)
+    try:
+        clean = inpainter(source.method).fill(pixels, hole, ~classes.ground)
+    except ValueError:
+        where = source.image if source.mask is None else source.mask
+        raise InputError(where, "markings cover the whole ground: some bare ground is needed to fill them") from None
+    return {
+        "markings": np.packbits(classes.marking),
+        "ground": np.packbits(classes.ground),
+        "filled": clean[hole],
+        "ratios": np.array(reflectance_ratios(pixels, classes.marking, hole, classes.ground, frame)).reshape(-1, 3),
+    }
+
+
+def _classes(source: _Source, pixels: np.ndarray, frame: Frame) -> Classes:
+    if source.mask is None:
+        ground = ~ego_car(pixels, frame)
+        return Classes(find_markings(pixels, ground, frame), ground)
+    classes = read_mask(source.mask, source.table, pixels.shape[:2])
+    # A mask that says what is ground is believed; one that only knows markings is not asked about the car.
+    ground = classes.ground if source.table.ground is not None else ~ego_car(pixels, frame)
+    return Classes(classes.marking & ground, ground)
+
+
+def _hole(markings: np.ndarray, ground: np.ndarray, frame: Frame) -> np.ndarray:
+    """The markings with their soft edge, as far as they lie on the ground."""
+    radius = max(2, round(SOFT_EDGE * frame.scale))
+    return (cv2.dilate(markings.astype(np.uint8), np.ones((2 * radius + 1, 2 * radius + 1), np.uint8)) > 0) & ground
+
+
+def _unpacked(bits: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    return np.unpackbits(bits, count=shape[0] * shape[1]).reshape(shape).astype(bool)
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}") from None
