@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from blender_addon.carpark import car, demo, layout, stage
-from blender_addon.carpark.layout import Block, Parked
+from blender_addon.carpark.layout import Block
 from pavemark.errors import InputError
 from pavemark.files import png, write
 
@@ -32,12 +32,15 @@ def _garage() -> None:
 
 
 def _dim() -> None:
-    stage.garage([(-2.4, 6.0, np.pi / 2), (0.6, 7.5, np.pi / 2), (-5.5, -5.0, 0.3), (2.0, -7.5, np.pi / 2)], 40.0, (0.96, 1.0, 0.9))
+    stage.garage(
+        [(-2.4, 6.0, np.pi / 2), (0.6, 7.5, np.pi / 2), (-5.5, -5.0, 0.3), (2.0, -7.5, np.pi / 2)],
+        40.0,
+        (0.96, 1.0, 0.9),
+    )
 
 
 LIGHTS = {
     "sun": _sun,
-    "trees": _sun,
     "building": _building,
     "overcast": lambda: stage.overcast(1.0),
     "garage": _garage,
@@ -56,19 +59,19 @@ def build(view: demo.View, threads: int) -> None:
             stage.parked(where, car.sample(rng))
     blocks = [layout.beside(kind, side, offset, view.turn) for kind, side, offset in view.beside]
     blocks += layout.pillars(view.rows[0], view.turn) if view.pillars else ()
-    blocks += layout.stops(view.rows[0], view.turn) if view.stops else ()
     for block in blocks:
         stage.block(block)
     for at in view.trees:
         stage.tree(at, rng)
-    own = car.Make("saloon", view.ego.length - 0.1, view.ego.width - 0.1, (0.02, 0.02, 0.02))
-    stage.parked(Parked((0.0, 0.0), np.pi / 2), own)
+    stage.ego(car.Make("saloon", view.ego.length - 0.1, view.ego.width - 0.1, (0.02, 0.02, 0.02)))
 
 
 @click.command()
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for images/ and masks/.")
 @click.option("--only", multiple=True, help="Name of a view; may be given more than once. Default: all.")
-@click.option("--threads", default=2, show_default=True, help="Threads of the renderer; the pictures do not depend on it.")
+@click.option(
+    "--threads", default=2, show_default=True, help="Threads of the renderer; the pictures do not depend on it."
+)
 def main(out: Path, only: tuple[str, ...], threads: int) -> None:
     """Render the car park and write the demo images with their masks."""
     unknown = sorted(set(only) - {view.name for view in demo.VIEWS})

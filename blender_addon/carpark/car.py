@@ -82,7 +82,7 @@ def _ring(make: Make, along: float, share: float, under: float, belt: float, roo
     cabin = roof - belt > 0.15
     top = half * (0.74 if cabin else 0.86)
     flank = [
-        (0.90 * half, under), (0.99 * half, under + 0.10), (1.00 * half, (under + belt) / 2), (0.99 * half, belt - 0.10),
+        (0.90 * half, under), (0.99 * half, under + 0.10), (half, (under + belt) / 2), (0.99 * half, belt - 0.10),
         (0.95 * half, belt), (top * 1.04, roof - 0.07 if cabin else roof - 0.01), (top * 0.86, roof),
     ]  # fmt: skip
     section = [*flank, *[(-y, z) for y, z in reversed(flank)]]

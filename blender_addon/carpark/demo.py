@@ -17,6 +17,13 @@ GROUND, MARKING, NOT_GROUND = 0, 1, 2
 HALF = Frame(300, 300, 22.7)
 """A half-view is 96 columns of this: 0.044 m a pixel."""
 
+_deg = np.radians
+
+MIDDLE = stitch.Ego()
+SMALL = stitch.Ego(3.8, 1.75, _deg(20), _deg(33))
+WIDE = stitch.Ego(4.2, 1.95, _deg(27), _deg(24), feather=0.1, ragged=0.05)
+LONG = stitch.Ego(4.7, 1.9, _deg(17), _deg(15), feather=0.005)
+
 
 @attrs.frozen
 class View:
@@ -35,16 +42,19 @@ class View:
         Radians between the lane and the car.
     beside : tuple of (kind, side, offset)
         Kerbs, walls and verges along the lane.
-    pillars, stops : bool
+    pillars : bool
         Whether the first row has them.
     arrow : tuple of float or None
+        Middle of an arrow in the lane.
     trees : tuple of (x, y)
+        They stand, or rather float, where their shade falls into the picture.
     camera : int
         Pixels of a camera's picture.
     noise : float
         Noise of the sensors, 1 in daylight.
     exposure : float
         Mean linear light of the pictures.
+    ego : Ego
     half : str or None
         "left" or "right" for a half-view.
     """
@@ -57,13 +67,12 @@ class View:
     turn: float = 0.0
     beside: tuple[tuple[str, str, float], ...] = ()
     pillars: bool = False
-    stops: bool = False
     arrow: tuple[float, float] | None = None
     trees: tuple[tuple[float, float], ...] = ()
     camera: int = 720
     noise: float = 1.0
-    exposure: float = 0.22
-    ego: stitch.Ego = stitch.Ego()
+    exposure: float = 0.18
+    ego: stitch.Ego = MIDDLE
     half: str | None = None
 
     @property
@@ -77,71 +86,72 @@ def stream(view: View, stage: int) -> np.random.Generator:
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence(view.seed, spawn_key=(stage,))))
 
 
-_deg = np.radians
-
 VIEWS: tuple[View, ...] = (
     View(
         "asphalt_perpendicular", 11, "asphalt", "sun",
-        rows=(Row("right", 2.35, width=0.12, wear=0.15, parked=(-2, 1), shift=0.4), Row("left", 2.9, wear=0.3, parked=(-1,))),
-        turn=_deg(4), arrow=(-0.9, 4.0), camera=840,
+        rows=(Row("right", 2.35, width=0.12, wear=0.15, parked=(-2, 1), shift=0.4),
+              Row("left", 2.9, wear=0.3, parked=(-1,))),
+        turn=_deg(4), arrow=(-0.9, 4.0), camera=680,
     ),
     View(
-        "patched_open", 12, "patched", "overcast",
+        "patched_open", 12, "patched", "overcast", ego=SMALL,
         rows=(Row("left", 2.2, outline="open", wear=0.38, entrance=2.4, shift=0.9, parked=(1,)),),
-        turn=_deg(-7), beside=(("kerb", "right", 2.9), ("verge", "right", 3.06)), camera=640,
+        turn=_deg(-7), beside=(("kerb", "right", 2.9), ("verge", "right", 3.06)), camera=560,
     ),
     View(
-        "brick_slanted", 13, "brick", "trees",
+        "brick_slanted", 13, "brick", "sun", ego=SMALL,
         rows=(Row("right", 2.3, slant=_deg(60), entrance=2.8, width=0.14, wear=0.3, parked=(-1,)),),
-        turn=_deg(3), trees=((-5.0, 5.0), (-6.5, 0.5), (-2.5, 8.0), (-4.0, -3.0)), camera=800,
+        turn=_deg(3), trees=((1.5, 6.6), (0.4, 2.2), (5.4, 8.0), (1.2, -1.0)), camera=640,
     ),
     View(
-        "tiles_parallel", 14, "tiles", "building",
-        rows=(Row("right", 2.0, entrance=6.0, depth=2.2, outline="closed", width=0.1, wear=0.34, parked=(0,), shift=-0.5),),
-        turn=_deg(-4), beside=(("kerb", "right", 4.6),), camera=680,
+        "tiles_parallel", 14, "tiles", "building", ego=WIDE,
+        rows=(Row("right", 2.0, entrance=6.0, depth=2.2, outline="closed",
+                  width=0.1, wear=0.34, parked=(0,), shift=-0.5),),
+        turn=_deg(-4), beside=(("kerb", "right", 4.6),), camera=560,
     ),
     View(
         "concrete_yellow", 15, "concrete", "sun",
         rows=(Row("left", 2.4, colour=YELLOW, outline="closed", wear=0.25, width=0.1, numbered=True, parked=(-2, 0)),),
-        turn=_deg(-2), beside=(("wall", "right", 3.4),), camera=760,
+        turn=_deg(-2), beside=(("wall", "right", 3.4),), camera=620,
     ),
     View(
-        "epoxy_garage", 16, "epoxy", "garage",
+        "epoxy_garage", 16, "epoxy", "garage", ego=LONG,
         rows=(Row("right", 2.6, outline="half-closed", wear=0.1, numbered=True, parked=(-1, 2), shift=0.6),
               Row("left", 2.3, wear=0.1, numbered=True, parked=(1,))),
-        turn=_deg(2), pillars=True, arrow=(0.3, 4.2), camera=760, noise=1.8,
+        turn=_deg(2), pillars=True, arrow=(0.3, 4.2), camera=620, noise=1.8,
     ),
     View(
-        "epoxy_dim", 17, "epoxy", "dim",
+        "epoxy_dim", 17, "epoxy", "dim", ego=WIDE,
         rows=(Row("left", 2.1, outline="corner", wear=0.15, width=0.1, numbered=True, parked=(-1,), shift=0.3),),
-        turn=_deg(5), beside=(("wall", "right", 2.9),), camera=600, noise=3.0, exposure=0.09,
+        turn=_deg(5), beside=(("wall", "right", 2.9),), camera=520, noise=3.0, exposure=0.09,
     ),
     View(
-        "grid_corner", 18, "grid", "overcast",
+        "grid_corner", 18, "grid", "overcast", ego=SMALL,
         rows=(Row("left", 2.3, outline="half-closed", colour=YELLOW, wear=0.2, entrance=2.5, parked=(0,)),
               Row("right", 2.5, outline="corner", colour=YELLOW, wear=0.2, parked=(-2,))),
-        turn=_deg(-5), camera=800,
+        turn=_deg(-5), camera=640,
     ),
     View(
-        "asphalt_bare", 19, "patched", "trees", turn=_deg(6), beside=(("kerb", "left", 3.3), ("verge", "left", 3.46)),
-        trees=((-5.5, 3.0), (-4.5, -4.5)), camera=700,
+        "asphalt_bare", 19, "patched", "sun", ego=SMALL, turn=_deg(6),
+        beside=(("kerb", "left", 3.3), ("verge", "left", 3.46)), trees=((2.2, 5.5), (4.2, -0.6), (7.0, 6.5)),
+        camera=600,
     ),
     View(
         "half_brick_L", 21, "brick", "overcast", half="left",
-        rows=(Row("left", 2.1, width=0.12, wear=0.15, parked=(-2, 1), shift=0.3),), turn=_deg(-2), camera=720,
+        rows=(Row("left", 2.1, width=0.12, wear=0.15, parked=(-2, 1), shift=0.3),), turn=_deg(-2), camera=560,
     ),
     View(
         "half_epoxy_R", 22, "epoxy", "garage", half="right",
         rows=(Row("right", 2.3, wear=0.1, numbered=True, parked=(1,), outline="half-closed"),), turn=_deg(3),
-        pillars=True, camera=640, noise=2.0,
+        pillars=True, camera=560, noise=2.0,
     ),
     View(
-        "half_grid_L", 23, "grid", "sun", half="left",
-        rows=(Row("left", 1.9, colour=YELLOW, wear=0.15, parked=(-2, 0, 1)),), turn=_deg(1), camera=720,
+        "half_grid_L", 23, "grid", "sun", ego=LONG, half="left",
+        rows=(Row("left", 1.9, colour=YELLOW, wear=0.15, parked=(-2, 0, 1)),), turn=_deg(1), camera=560,
     ),
     View(
         "half_concrete_R", 24, "concrete", "dim", half="right",
-        rows=(Row("right", 2.0, slant=_deg(120), entrance=2.8, wear=0.2, parked=(-1,)),), turn=_deg(-3), camera=600,
+        rows=(Row("right", 2.0, slant=_deg(120), entrance=2.8, wear=0.2, parked=(-1,)),), turn=_deg(-3), camera=520,
         noise=2.5, exposure=0.12,
     ),
 )  # fmt: skip
@@ -207,4 +217,8 @@ def _columns(view: View) -> slice:
     if view.half is None:
         return slice(0, view.frame.width)
     inner = int(view.frame.width / 2 - view.ego.width / 2 * view.frame.scale) + 12
-    return slice(inner - 96, inner) if view.half == "left" else slice(view.frame.width - inner, view.frame.width - inner + 96)
+    return (
+        slice(inner - 96, inner)
+        if view.half == "left"
+        else slice(view.frame.width - inner, view.frame.width - inner + 96)
+    )

@@ -93,7 +93,7 @@ class Block:
     heading : float
         Radians of its long side.
     kind : str
-        "kerb", "wall", "pillar", "stop" or "verge".
+        "kerb", "wall", "pillar" or "verge".
     """
 
     at: Point
@@ -162,13 +162,6 @@ def pillars(row: Row, turn: float) -> tuple[Block, ...]:
     return tuple(Block(_turn(p, turn), (0.7, 0.5, 3.2), np.pi / 2 + turn, "pillar") for p in found)
 
 
-def stops(row: Row, turn: float) -> tuple[Block, ...]:
-    """A wheel stop at the far end of each slot."""
-    entrance, into = _axes(row)
-    found = [_corner(row, n) + entrance * row.entrance / 2 + into * (row.depth - 1.0) for n in slots(row)]
-    return tuple(Block(_turn(p, turn), (1.8, 0.15, 0.12), np.pi / 2 + turn, "stop") for p in found)
-
-
 def arrow(at: Point, turn: float, colour: tuple[float, float, float] = WHITE) -> Coat:
     """A straight-ahead arrow in the lane, 3 m long."""
     x, y = at
@@ -189,7 +182,7 @@ _ENDS = {
 
 
 def figures(text: str, foot: np.ndarray, right: np.ndarray, height: float) -> list[Stroke]:
-    """Digits in seven segments, as stencils paint them, centred over `foot` and reading along the unit vector `right`."""
+    """Digits in seven segments, as stencils paint them, centred over `foot`, reading along the unit vector `right`."""
     up = np.array([-right[1], right[0]])
     step, wide = height * 0.75, height * 0.42
     strokes = []

@@ -169,7 +169,9 @@ def concrete(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     slab = tone[np.floor((y + 2.4) / 4).astype(int) % 32, np.floor((x + 3.3) / 4).astype(int) % 32]
     broom = cv2.blur(_speckle(rng), (61, 1)) * 4
     level = 0.36 * (1 + slab + 0.09 * _clouds(rng, 2.5, 6) + 0.03 * broom + 0.06 * _speckle(rng))
-    level *= (1 - 0.6 * joint) * (1 - 0.5 * _stains(rng, 16)) * (1 - 0.5 * _tracks(rng, 5)) * (1 - 0.4 * _cracks(rng, 4, 1))
+    level *= (
+        (1 - 0.6 * joint) * (1 - 0.5 * _stains(rng, 16)) * (1 - 0.5 * _tracks(rng, 5)) * (1 - 0.4 * _cracks(rng, 4, 1))
+    )
     return _grey(level, (1.0, 0.97, 0.91)), np.full(level.shape, 0.75, np.float32)
 
 

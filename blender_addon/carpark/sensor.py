@@ -52,7 +52,7 @@ def sample(rng: np.random.Generator, noise: float, target: float) -> Sensor:
     target : float
         Mean linear light that the set aims for; each camera misses it a little, which makes the steps at the seams.
     """
-    warm, green = rng.normal(0, 0.05), rng.normal(0, 0.02)
+    warm, green = rng.normal(0, 0.08), rng.normal(0, 0.03)
     return Sensor(
         target=float(target * np.exp(rng.normal(0, 0.22))),
         balance=(float(1 + warm), float(1 + green), float(1 - warm)),

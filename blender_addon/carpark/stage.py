@@ -10,13 +10,14 @@ import bpy
 import cv2
 import numpy as np
 import OpenImageIO as oiio
+from mathutils import Matrix
 
 from blender_addon.carpark import car
 from blender_addon.carpark.layout import Block, Parked
 from blender_addon.carpark.pavement import FRAME, Surface
 from blender_addon.carpark.rig import Fisheye, Mount
 
-SAMPLES = 40
+SAMPLES = 16
 """Rays a pixel; the denoiser and then the sensor's own noise hide what is left."""
 
 
@@ -64,7 +65,9 @@ def ground(surface: Surface, wavy: float, seed: float) -> None:
     plane.data.uv_layers[0].data.foreach_set("uv", np.array([0, 0, 1, 0, 1, 1, 0, 1], np.float32))
     material, nodes, link = _material("ground")
     shader = nodes["Principled BSDF"]
-    albedo = _picture(nodes, np.where(surface.albedo > 0.0031308, 1.055 * surface.albedo ** (1 / 2.4) - 0.055, 0), "sRGB")
+    albedo = _picture(
+        nodes, np.where(surface.albedo > 0.0031308, 1.055 * surface.albedo ** (1 / 2.4) - 0.055, 0), "sRGB"
+    )
     data = _picture(nodes, np.stack([surface.roughness, surface.marked, 0 * surface.marked], -1), "Non-Color")
     link(albedo.outputs["Color"], shader.inputs["Base Color"])
     split = nodes.new("ShaderNodeSeparateColor")
@@ -87,23 +90,35 @@ def ground(surface: Surface, wavy: float, seed: float) -> None:
 
 
 def block(what: Block) -> None:
-    """Stand a kerb, wall, pillar, wheel stop or verge on the ground."""
-    colours = {"kerb": 0.42, "wall": 0.5, "pillar": 0.62, "stop": 0.0, "verge": 0.0}
-    grey = colours[what.kind]
+    """Stand a kerb, wall, pillar or verge on the ground."""
     along, across, up = what.size
     item = _box(what.kind, (along, across, up), 0.012)
     item.location = (*what.at, up / 2)
     item.rotation_euler.z = what.heading
-    if what.kind in ("pillar", "stop"):
-        item.data.materials.append(_striped(grey, below=1.1 if what.kind == "pillar" else 9.0))
-    elif what.kind == "verge":
-        item.data.materials.append(_mottled("verge", (0.035, 0.07, 0.018), (0.09, 0.13, 0.04), 9.0))
-    else:
-        item.data.materials.append(_mottled(what.kind, (grey * 0.8,) * 3, (grey, grey * 0.98, grey * 0.94), 2.0))
+    item.data.materials.append(
+        {
+            "kerb": lambda: _mottled("kerb", (0.34, 0.34, 0.34), (0.42, 0.41, 0.39), 2.0),
+            "wall": lambda: _mottled("wall", (0.40, 0.40, 0.40), (0.50, 0.49, 0.47), 2.0),
+            "pillar": lambda: _striped(0.62, below=1.1),
+            "verge": lambda: _mottled("verge", (0.035, 0.07, 0.018), (0.09, 0.13, 0.04), 9.0),
+        }[what.kind]()
+    )
 
 
 def parked(where: Parked, make: car.Make) -> None:
     """Stand a car on the ground."""
+    whole = _car(where, make)
+    _wheels(whole, make)
+    _fittings(whole, make)
+
+
+def ego(make: car.Make) -> None:
+    """The car that carries the cameras, at the origin, without what would stand in their way."""
+    _wheels(_car(Parked((0.0, 0.0), np.pi / 2), make), make)
+
+
+def _car(where: Parked, make: car.Make) -> bpy.types.Object:
+    """The body alone."""
     whole = bpy.data.objects.new("car", None)
     bpy.context.collection.objects.link(whole)
     whole.location = (*where.at, 0.0)
@@ -119,18 +134,23 @@ def parked(where: Parked, make: car.Make) -> None:
     shell.data.polygons.foreach_set("use_smooth", np.ones(len(materials), bool))
     smooth = shell.modifiers.new("smooth", "SUBSURF")
     smooth.levels = smooth.render_levels = 2
-    _fittings(whole, make)
+    return whole
 
 
-def _fittings(whole: bpy.types.Object, make: car.Make) -> None:
-    """Wheels in dark arches, lamps, grille and number plates."""
+def _wheels(whole: bpy.types.Object, make: car.Make) -> None:
+    """Wheels in dark arches."""
     length, half = make.length, make.width / 2
     rubber, rim = _plain("rubber", (0.012,) * 3, 0.8), _plain("rim", (0.5, 0.5, 0.52), 0.3)
-    dark, trim = _plain("dark", (0.004,) * 3, 0.9), _plain("trim", (0.01,) * 3, 0.3)
+    dark, hub = _plain("dark", (0.004,) * 3, 0.9), _plain("hub", (0.01,) * 3, 0.3)
     for x in (0.31 * length, -0.29 * length):
         for side in (-1, 1):
             # Each ring lies a little further out than the one that it is set in.
-            for radius, out, material in ((0.40, 0.000, dark), (0.335, 0.015, rubber), (0.235, 0.02, rim), (0.06, 0.03, trim)):
+            for radius, out, material in (
+                (0.40, 0.000, dark),
+                (0.335, 0.015, rubber),
+                (0.235, 0.02, rim),
+                (0.06, 0.03, hub),
+            ):
                 disc = _disc(radius, 0.24)
                 disc.location = (x, side * (half * 0.985 - 0.12 + out), 0.335 if radius < 0.4 else 0.37)
                 disc.rotation_euler.x = np.pi / 2
@@ -143,6 +163,12 @@ def _fittings(whole: bpy.types.Object, make: car.Make) -> None:
                 gap.rotation_euler.y = -angle
                 gap.data.materials.append(dark)
                 gap.parent = whole
+
+
+def _fittings(whole: bpy.types.Object, make: car.Make) -> None:
+    """Lamps, grilles, number plates and mirrors."""
+    length, half = make.length, make.width / 2
+    trim = _plain("trim", (0.01,) * 3, 0.3)
     tall = 0.12 if make.body == "estate" else 0.0
     lamp, red = _plain("lamp", (0.8, 0.82, 0.85), 0.08), _plain("red", (0.35, 0.01, 0.01), 0.1)
     plate = _plain("plate", (0.03, 0.08, 0.42), 0.4)
@@ -249,7 +275,7 @@ def look(fisheye: Fisheye, mount: Mount, window: tuple[int, int, int, int]) -> d
     camera = bpy.data.objects.new("fisheye", data)
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = mount.rotation, mount.position
-    camera.matrix_world = pose.T.tolist()
+    camera.matrix_world = Matrix(pose.tolist())
     bpy.context.collection.objects.link(camera)
     scene.camera = camera
     with tempfile.TemporaryDirectory() as folder:
@@ -261,13 +287,15 @@ def look(fisheye: Fisheye, mount: Mount, window: tuple[int, int, int, int]) -> d
 
 
 def _layers(path: str) -> dict[str, np.ndarray]:
+    """The passes of a multilayer EXR, which Blender writes as one part a pass."""
     image = oiio.ImageInput.open(path)
-    spec = image.spec()
-    pixels = np.asarray(image.read_image("float")).reshape(spec.height, spec.width, spec.nchannels)
+    parts = {}
+    while image.seek_subimage(len(parts), 0):
+        spec = image.spec()
+        pixels = np.asarray(image.read_image("float")).reshape(spec.height, spec.width, spec.nchannels)
+        parts[spec.channelnames[0].split(".")[1]] = pixels
     image.close()
-    channel = {name.split(".", 1)[1]: k for k, name in enumerate(spec.channelnames)}
-    light = pixels[..., [channel[f"Combined.{c}"] for c in "RGB"]]
-    return {"light": light, "ground": pixels[..., channel["Ground.X"]], "marked": pixels[..., channel["Marked.X"]]}
+    return {"light": parts["Combined"][..., :3], "ground": parts["Ground"][..., 0], "marked": parts["Marked"][..., 0]}
 
 
 def _mesh(name: str, vertices: np.ndarray, faces: list[tuple[int, ...]]) -> bpy.types.Object:

@@ -33,7 +33,7 @@ class Ego:
     front: float = np.radians(24)
     rear: float = np.radians(28)
     feather: float = 0.03
-    ragged: float = 0.05
+    ragged: float = 0.04
 
 
 def lookup(frame: Frame, fisheye: Fisheye, mount: Mount) -> np.ndarray:
@@ -73,10 +73,15 @@ def _beyond(across: np.ndarray, along: np.ndarray, ego: Ego, angle: float) -> np
 def silhouette(frame: Frame, ego: Ego, rng: np.random.Generator) -> np.ndarray:
     """The blacked-out car: a rectangle whose outline strays a little, (H, W) bool."""
     x, y = np.moveaxis(frame.pixel_centres(), -1, 0)
-    bow = rng.uniform(0, ego.ragged, 4)
-    half_width = ego.width / 2 + np.where(x < 0, bow[0], bow[1]) * np.cos(np.pi * y / ego.length)
-    half_length = ego.length / 2 - np.where(y < 0, bow[2], bow[3]) * np.cos(3 * np.pi * x / ego.width)
-    return (np.abs(x) < half_width) & (np.abs(y) < half_length)
+    left, right = (ego.width / 2 + _ragged(rng, ego.ragged, y / ego.length) for _ in range(2))
+    rear, front = (ego.length / 2 + _ragged(rng, ego.ragged, x / ego.width) for _ in range(2))
+    return (x > -left) & (x < right) & (y > -rear) & (y < front)
+
+
+def _ragged(rng: np.random.Generator, amount: float, along: np.ndarray) -> np.ndarray:
+    """A smooth random deviation of about `amount` over one side of the car, whose ends lie at ±1/2."""
+    strength, phase = rng.normal(0, amount, 3) / (2, 3, 4), rng.uniform(0, 2 * np.pi, 3)
+    return sum(strength[k] * np.cos((k + 1) * 2 * np.pi * along + phase[k]) for k in range(3))
 
 
 def window(seen_at: np.ndarray, share: np.ndarray, size: int) -> tuple[int, int, int, int]:
