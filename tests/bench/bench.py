@@ -46,7 +46,7 @@ EVERYTHING = {
     "optics": EVERY,
 }
 
-DEMO = Path(__file__).parents[2] / "assets/demo"
+DEMO = Path(__file__).parents[2] / "assets/demo/full.toml"
 
 
 class Bench:
@@ -95,23 +95,20 @@ def _opencv(bench: Bench, numbers: range) -> list[float]:
 
 
 @click.command()
-@click.option("--images", default=str(DEMO / "images"), help="Folder of AVM images.  [the demo images]")
-@click.option("--masks", default=None, help="Folder of their masks.")
+@click.argument("job_file", metavar="[JOB.toml]", default=DEMO, type=click.Path(path_type=Path))
 @click.option("--count", default=100, show_default=True, type=click.IntRange(20), help="Images.")
 @click.option("--memory", is_flag=True, help="Go on to ten times as many with one worker: does its memory grow?")
-def main(images: str, masks: str | None, count: int, memory: bool) -> None:
-    """Measure how fast images are made."""
-    job = read(None, {"images": images, "masks": masks, "seed": 1, **EVERYTHING})
+def main(job_file: Path, count: int, memory: bool) -> None:
+    """Measure how fast images are made; the job file says of which, the demo images unless told."""
+    job = read(job_file, EVERYTHING)
     cores = len(os.sched_getaffinity(0))
     with tempfile.TemporaryDirectory() as folder:
         os.environ["PAVEMARK_CACHE"] = f"{folder}/cache"
         bench = Bench(job, Path(folder) / "out")
         inputs = len(bench.entries)
         count = max(count, 2 * inputs)
-        print(
-            f"{platform.processor() or platform.machine()}, {cores} cores, Python {platform.python_version()}",
-            flush=True,
-        )
+        load = os.getloadavg()[0]
+        print(f"{platform.machine()}, {cores} cores (load {load:.1f}), Python {platform.python_version()}", flush=True)
 
         one, resident = [], []
         for row, _, now in bench.make(range(10 * count if memory else count), 1):
