@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+
 from pavemark import cli
 from pavemark.compose.colour import to_linear
 from pavemark.geometry.coverage import coverage
@@ -35,17 +36,18 @@ class FlatRenderer:
 
 
 class Misbehaving(FlatRenderer):
-    """Does at one image of a job what the environment says, in a worker's first life or always."""
+    """Does what FLAT_RENDERER says, such as "die@5;hang@7 once FILE": always, or until the file is there."""
 
     def render(self, scene, plate, plan):
         print("Saved: noise on stdout")
         os.write(1, b"noise without a line's end")
-        what, _, where = os.environ.get("FLAT_RENDERER", "").partition("@")
-        index, _, once = where.partition(" once ")
-        if what and scene.index == int(index) and not (once and Path(once).exists()):
-            if once:
-                Path(once).touch()
-            {"die": _die, "hang": _hang, "fail": _fail}[what]()
+        for trouble in filter(None, os.environ.get("FLAT_RENDERER", "").split(";")):
+            what, _, where = trouble.partition("@")
+            index, _, once = where.partition(" once ")
+            if scene.index == int(index) and not (once and Path(once).exists()):
+                if once:
+                    Path(once).touch()
+                {"die": _die, "hang": _hang, "fail": _fail}[what]()
         return super().render(scene, plate, plan)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 import sys
 import traceback
@@ -18,7 +17,7 @@ from pavemark.job.explain import explain, explain_json
 from pavemark.job.journal import Shard
 from pavemark.job.preview import preview
 from pavemark.job.progress import shown
-from pavemark.job.run import LOG, RECYCLE, Machine, log, run
+from pavemark.job.run import LOG, PATIENCE, RECYCLE, Machine, log, run
 
 BAD_INPUT = 2
 
@@ -60,6 +59,9 @@ def pavemark() -> None:
 @click.option("--workers", type=click.IntRange(1, 1024), default=_cores, show_default="all cores", help="Processes.")
 @click.option("--shard", type=_Shard(), default="0/1", help="Make part K of N only, counted from 0.")
 @click.option("--recycle", type=click.IntRange(1), default=RECYCLE, help="Images a process.", hidden=True)
+@click.option(
+    "--patience", type=click.FloatRange(1.0), default=PATIENCE, help="Seconds an image may take.", hidden=True
+)
 @click.option("--quiet", is_flag=True, help="Say only what goes wrong.")
 @click.pass_obj
 def render(
@@ -70,6 +72,7 @@ def render(
     workers: int,
     shard: Shard,
     recycle: int,
+    patience: float,
     quiet: bool,
     **options,
 ) -> int:
@@ -81,7 +84,7 @@ def render(
     job = read(job_file, told)
     out = out.absolute()
     try:
-        return run(job, out, shard, Machine(tuple(command), workers, recycle), shown(quiet))
+        return run(job, out, shard, Machine(tuple(command), workers, recycle, patience), shown(quiet))
     except InputError:
         raise
     except Exception as error:
@@ -138,11 +141,7 @@ def _run(arguments: Sequence[str] | None, worker: Sequence[str]) -> int:
 def _said(error: click.ClickException) -> str:
     if isinstance(error, click.NoSuchOption) and error.possibilities:
         return f"no such option: {error.option_name} (did you mean {error.possibilities[0]}?)"
-    message = error.format_message()
-    if isinstance(error, click.UsageError) and message.startswith("No such command"):
-        near = difflib.get_close_matches(message.split("'")[1], pavemark.commands, 1)
-        message += f" Did you mean {near[0]}?" if near else f" Allowed: {', '.join(pavemark.commands)}."
-    return message
+    return error.format_message()
 
 
 def _refuse(message: str) -> int:

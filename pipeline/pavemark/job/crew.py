@@ -102,7 +102,7 @@ class Worker:
     def last_words(self) -> str:
         """How it died, and what it printed last."""
         code = self._process.wait()
-        how = f"killed by signal {-code}" if code < 0 else f"exit code {code}"
+        how = f"was killed by signal {-code}" if code < 0 else f"ended with exit code {code}"
         self._stderr.seek(0, os.SEEK_END)
         self._stderr.seek(max(0, self._stderr.tell() - 10_000))
         return f"{self._stderr.read().decode(errors='replace').strip()}\n{how}".strip()
@@ -200,6 +200,7 @@ class Crew:
         self._workers.remove(worker)
         if worker.retired:
             return
+        worker.retire()
         self.lost = True
         words = worker.last_words()
         if not worker.ready:

@@ -26,8 +26,7 @@ def join(folder: Folder) -> None:
     with journal.merging(out):
         if all(path.exists() and path.stat().st_mtime_ns > journal.newest(out) for path in wanted):
             return
-        there = folder.finished()
-        lines = [entry for number, entry in sorted(journal.entries(out).items()) if number in there]
+        lines = list(folder.finished().values())
         if coco_json(out) in wanted:
             files.write(coco_json(out), coco.dataset(json.loads(line.read()[1]) for line in lines))
         files.write_parts(out / "manifest.jsonl", (line.read()[0] + b"\n" for line in lines))

@@ -51,12 +51,14 @@ class Folder:
         kinds += [(name, f"labels/{name}", suffix) for name, suffix in _SUFFIXES.items() if name in self.formats]
         return [*kinds, ("scene", "scenes", ".json")]
 
-    def finished(self) -> set[int]:
-        """Images that a journal calls finished and whose files are all there; one listing a folder, no file opened."""
-        done = set(journal.entries(self.out))
-        for _, folder, suffix in self._kinds():
-            done &= _numbers(self.out / folder, suffix)
-        return done
+    def finished(self) -> dict[int, journal.Entry]:
+        """Images that a journal calls finished and whose files are all there, ascending.
+
+        One listing a folder: no file of an image is opened.
+        """
+        there = journal.entries(self.out)
+        done = set(there).intersection(*(_numbers(self.out / folder, suffix) for _, folder, suffix in self._kinds()))
+        return {number: there[number] for number in sorted(done)}
 
     def sweep(self) -> None:
         """Remove what killed processes left half-written."""

@@ -49,7 +49,7 @@ def preview(out: Path) -> Path:
     """
     job = recorded(out)
     folder = Folder.of(out, job)
-    there = sorted(folder.finished())
+    there = list(folder.finished())
     if not there:
         raise InputError(out, "holds no finished image yet: pavemark render makes them")
     chosen = [there[k] for k in np.linspace(0, len(there) - 1, min(MOST, len(there))).round().astype(int)]
@@ -124,7 +124,7 @@ def _scaled(image: np.ndarray, scale: float) -> np.ndarray:
 def _labelled(tile: np.ndarray, true: Truth, scale: float) -> np.ndarray:
     """Slots numbered, entrance lines, sides, and marking points with their direction: red T, blue L."""
     tile = np.ascontiguousarray(tile)
-    reach = max(10.0, 0.04 * max(tile.shape))
+    reach = max(14.0, 0.06 * max(tile.shape))
     for number, slot in enumerate(true.slots, 1):
         corners = np.array(slot.corners) * scale
         for a, b in ((1, 2), (3, 0)):
@@ -136,7 +136,16 @@ def _labelled(tile: np.ndarray, true: Truth, scale: float) -> np.ndarray:
         if mark.visible:
             point = np.array(mark.point) * scale
             colour = _T if mark.shape == "T" else _L
-            _stroke(tile, point, point + reach * np.array(mark.direction), colour, 1)
+            cv2.arrowedLine(
+                tile,
+                _fixed(point),
+                _fixed(point + reach * np.array(mark.direction)),
+                colour,
+                2,
+                cv2.LINE_AA,
+                _SHIFT,
+                0.3,
+            )
             cv2.circle(tile, _fixed(point), 4 << _SHIFT, colour, -1, cv2.LINE_AA, _SHIFT)
     return tile
 

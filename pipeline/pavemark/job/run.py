@@ -28,6 +28,9 @@ SOME_LACK = 1
 RECYCLE = 100
 """Images after which a worker is replaced: Blender keeps a little of everything it has drawn."""
 
+PATIENCE = 900.0
+"""Seconds after which an image counts as stuck. The inpainting of a very large one takes longest."""
+
 
 @attrs.frozen
 class Machine:
@@ -42,13 +45,13 @@ class Machine:
     recycle : int
         Images after which a process is replaced.
     patience : float
-        Seconds after which an image counts as stuck. The inpainting of a very large one takes longest.
+        Seconds after which an image counts as stuck.
     """
 
     command: tuple[str, ...]
     workers: int
     recycle: int = RECYCLE
-    patience: float = 900.0
+    patience: float = PATIENCE
 
 
 def run(job: Job, out: Path, shard: Shard, machine: Machine, progress: Progress) -> int:

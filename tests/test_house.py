@@ -1,0 +1,124 @@
+"""Rules of the house that code can be held to: which way imports run, and that nothing but a seed is random."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "pipeline" / "pavemark"
+ALL = [*sorted(PACKAGE.rglob("*.py")), *sorted((ROOT / "blender_addon").rglob("*.py")), ROOT / "render.py"]
+
+FOUNDATION = {"records", "ground", "scene", "plan", "plate", "layers", "files", "errors", "assets", "geometry"}
+MIDDLE = {"background", "randomize", "compose", "labels"}
+LEARNING = {"select", "evaluate", "accuracy"}
+MAY_IMPORT = {
+    **dict.fromkeys(FOUNDATION, FOUNDATION),
+    **{room: FOUNDATION | {room} for room in MIDDLE | LEARNING},
+    "job": FOUNDATION | MIDDLE | LEARNING | {"job"},
+    "cli": FOUNDATION | {"job"},
+}
+BLENDER_MAY_IMPORT = {"scene", "ground", "plan", "plate", "layers", "geometry", "files", "errors", "records"}
+
+CLOCK = PACKAGE / "job" / "clock.py"
+"""The one file that reads a clock."""
+
+DRAWN_FROM_A_SEED = {"Generator", "PCG64", "SeedSequence", "default_rng"}
+
+
+def _name(path):
+    return str(path.relative_to(ROOT))
+
+
+def imports(tree):
+    """(module, names) of every import of a file, relative ones left out: they stay in their package."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield alias.name, ()
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+            yield node.module, tuple(alias.name for alias in node.names)
+
+
+def rooms(tree):
+    """The rooms of the package that a file imports from."""
+    for module, names in imports(tree):
+        head, *rest = module.split(".")
+        if head == "pavemark":
+            yield from [rest[0]] if rest else (name for name in names if not name.startswith("__"))
+
+
+@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=_name)
+def test_imports_run_one_way(path):
+    tree = ast.parse(path.read_text())
+    room = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+    heads = {module.split(".")[0] for module, _ in imports(tree)}
+    assert not heads & {"bpy", "bmesh", "mathutils", "blender_addon"}
+    assert set(rooms(tree)) <= MAY_IMPORT.get(room, set())
+    assert not [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.level]
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "blender_addon").rglob("*.py")), ids=_name)
+def test_blender_knows_the_contract_only(path):
+    assert set(rooms(ast.parse(path.read_text()))) <= BLENDER_MAY_IMPORT
+
+
+def chance(tree):
+    """What in a file makes its output depend on more than its input: (line, what)."""
+    for module, names in imports(tree):
+        head = module.split(".")[0]
+        if head in {"random", "uuid", "secrets"}:
+            yield 0, module
+        if module == "numpy.random":
+            yield from ((0, f"numpy.random.{name}") for name in names if name not in DRAWN_FROM_A_SEED)
+        if head == "time":
+            yield from ((0, f"time.{name}") for name in names)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute):
+            told = ast.unparse(node)
+            if ast.unparse(node.value) in {"np.random", "numpy.random"} and node.attr not in DRAWN_FROM_A_SEED:
+                yield node.lineno, told
+            if told.startswith("time.") and told != "time.sleep":
+                yield node.lineno, told
+            if node.attr in {"now", "utcnow", "today"}:
+                yield node.lineno, told
+            if told == "os.urandom":
+                yield node.lineno, told
+        if isinstance(node, ast.Call):
+            called = ast.unparse(node.func)
+            unseeded = called.endswith(("default_rng", "SeedSequence", "PCG64")) and not node.args
+            if called == "hash" or unseeded:
+                yield node.lineno, called
+
+
+@pytest.mark.parametrize("path", [path for path in ALL if path != CLOCK], ids=_name)
+def test_nothing_but_a_seed_is_random(path):
+    assert list(chance(ast.parse(path.read_text()))) == []
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "import random",
+        "from random import shuffle",
+        "import uuid",
+        "np.random.rand(3)",
+        "np.random.seed(1)",
+        "from numpy.random import rand",
+        "np.random.default_rng()",
+        "time.time()",
+        "time.perf_counter()",
+        "from time import monotonic",
+        "datetime.now()",
+        "datetime.datetime.now()",
+        "hash('a')",
+        "os.urandom(4)",
+    ],
+)
+def test_the_rule_finds_what_it_forbids(line):
+    assert list(chance(ast.parse(line)))
+
+
+@pytest.mark.parametrize("line", ["np.random.default_rng(7).random()", "np.random.Generator(np.random.PCG64(seed))"])
+def test_the_rule_allows_what_has_a_seed(line):
+    assert not list(chance(ast.parse(line)))
