@@ -4,11 +4,14 @@
 python := .venv/bin/python
 DEMO := demo-out
 
+# The half-views have a scale of their own, so they are a job of their own.
 demo: setup
-	.venv/bin/pavemark render assets/demo/job.toml --out $(DEMO)
-	.venv/bin/pavemark preview $(DEMO)
-	@echo "Images and labels: $(CURDIR)/$(DEMO)"
-	@echo "All at a glance:   $(CURDIR)/$(DEMO)/preview.png"
+	.venv/bin/pavemark render assets/demo/job.toml --out $(DEMO)/full
+	.venv/bin/pavemark render assets/demo/half/job.toml --out $(DEMO)/half
+	.venv/bin/pavemark preview $(DEMO)/full
+	.venv/bin/pavemark preview $(DEMO)/half
+	@echo "Images and labels: $(CURDIR)/$(DEMO)/full and half"
+	@echo "All at a glance:   $(CURDIR)/$(DEMO)/full/preview.png and half/preview.png"
 
 # Slow tests measure time or use every core themselves, so they run alone.
 test: setup

@@ -17,6 +17,7 @@ from packaging.markers import default_environment
 from packaging.requirements import Requirement
 
 import pavemark
+from pavemark.job.config import read
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -184,3 +185,11 @@ def test_the_commands_of_the_readme_are_targets():
     assert len(targets) == 7
     for target in targets:
         subprocess.run(["make", "--dry-run", target], cwd=ROOT, check=True, capture_output=True)
+
+
+def test_the_job_file_of_the_readme_is_one(tmp_path):
+    (text,) = re.findall(r"```toml\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    path = tmp_path / "job.toml"
+    path.write_text(text)
+    job = read(path, {})
+    assert (job.count, job.noise.rate, job.blend.method) == (2000, 0.5, "normal")

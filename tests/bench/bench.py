@@ -46,7 +46,7 @@ EVERYTHING = {
     "optics": EVERY,
 }
 
-DEMO = Path(__file__).parents[2] / "assets/demo/full.toml"
+DEMO = Path(__file__).parents[2] / "assets/demo/job.toml"
 
 
 class Bench:
