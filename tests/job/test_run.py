@@ -192,6 +192,19 @@ def test_images_that_cannot_be_made_are_a_line_each_and_the_others_are_made(argu
     assert [row["index"] for row in rows(out)] == [0, 1, 2, 3, 4, 6, 7, 9]
 
 
+def test_another_version_does_not_go_on(arguments, tmp_path):
+    out = tmp_path / "out"
+    assert pavemark(*arguments, "--count", "1", "--out", out).returncode == 0
+    journal = out / "journal" / "0-of-1.jsonl"
+    journal.write_text(journal.read_text().replace("flat 1", "flat 0"))
+    again = pavemark(*arguments, "--out", out)
+    assert again.returncode == 2
+    assert (
+        again.stderr
+        == f"error: {out}: begun with renderer flat 0, this is flat 1: use that version, or another folder\n"
+    )
+
+
 def test_two_runs_do_not_write_one_part(arguments, tmp_path):
     out = tmp_path / "out"
     first = start(*arguments, "--out", out, FLAT_RENDERER="hang@0")

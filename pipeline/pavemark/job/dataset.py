@@ -28,7 +28,8 @@ def join(folder: Folder) -> None:
             return
         lines = list(folder.finished().values())
         if coco_json(out) in wanted:
-            files.write(coco_json(out), coco.dataset(json.loads(line.read()[1]) for line in lines))
+            parts = coco.dataset(json.loads(line.read()[1]) for line in lines)
+            files.write_parts(coco_json(out), (part.encode() for part in parts))
         files.write_parts(out / "manifest.jsonl", (line.read()[0] + b"\n" for line in lines))
 
 

@@ -31,6 +31,9 @@ RECYCLE = 100
 PATIENCE = 900.0
 """Seconds after which an image counts as stuck. The inpainting of a very large one takes longest."""
 
+UNMATCHED = 20
+"""Files without a partner that are told by name; a wrong folder of masks leaves thousands."""
+
 
 @attrs.frozen
 class Machine:
@@ -74,8 +77,10 @@ def run(job: Job, out: Path, shard: Shard, machine: Machine, progress: Progress)
         claim(out, job, entries)
         folder = Folder.of(out, job)
         folder.sweep()
-        for path in unmatched:
+        for path in unmatched[:UNMATCHED]:
             progress.tell(f"left out: {path}: no {'image' if path.parent == Path(job.masks) else 'mask'} has its name")
+        if len(unmatched) > UNMATCHED:
+            progress.tell(f"left out: {len(unmatched) - UNMATCHED} more without a partner of their name")
         done = folder.finished()
         missing = [number for number in range(shard.part, job.count, shard.parts) if number not in done]
         run = Run(job, folder, entries, kept, progress)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 import shapely
@@ -46,14 +46,24 @@ def fragment(truth: Truth, file_name: str) -> dict:
     return {"image": image, "annotations": annotations}
 
 
-def dataset(fragments: Iterable[dict]) -> str:
-    """The whole file from the fragments of its images, in the order in which they come."""
-    images, annotations = [], []
+def dataset(fragments: Iterable[dict]) -> Iterator[str]:
+    """The whole file from the fragments of its images, in the order in which they come.
+
+    Yields
+    ------
+    str
+        Its text part by part: the annotations of 300,000 images need not fit in memory.
+    """
+    images: list[str] = []
+    number = 0
+    yield '{"annotations": ['
     for part in fragments:
-        images.append(part["image"])
+        images.append(json.dumps(part["image"]))
         for annotation in part["annotations"]:
-            annotations.append({"id": len(annotations) + 1, "image_id": part["image"]["id"], **annotation})
-    return json.dumps({"images": images, "annotations": annotations, "categories": CATEGORIES}) + "\n"
+            number += 1
+            told = {"id": number, "image_id": part["image"]["id"], **annotation}
+            yield ",\n" * (number > 1) + json.dumps(told)
+    yield f'],\n"images": [{", ".join(images)}],\n"categories": {json.dumps(CATEGORIES)}}}\n'
 
 
 def _slot(slot: ParkingSlot) -> dict:
