@@ -199,10 +199,8 @@ def test_another_version_does_not_go_on(arguments, tmp_path):
     journal.write_text(journal.read_text().replace("flat 1", "flat 0"))
     again = pavemark(*arguments, "--out", out)
     assert again.returncode == 2
-    assert (
-        again.stderr
-        == f"error: {out}: begun with renderer flat 0, this is flat 1: use that version, or another folder\n"
-    )
+    told = "begun with renderer flat 0, this is flat 1: use that version, or another folder"
+    assert again.stderr == f"error: {out}: {told}\n"
 
 
 def test_two_runs_do_not_write_one_part(arguments, tmp_path):
@@ -210,8 +208,10 @@ def test_two_runs_do_not_write_one_part(arguments, tmp_path):
     first = start(*arguments, "--out", out, FLAT_RENDERER="hang@0")
     assert wait_until((out / "job.json").exists)
     second = pavemark(*arguments, "--out", out)
+    crew = workers_of(first.pid)
     kill(first.pid)
     first.communicate()
+    assert crew and wait_until(lambda: all(map(gone, crew))), "a stuck worker outlives its run"
     assert second.returncode == 2
     assert second.stderr == f"error: {out}: another run is writing part 0/1 of it\n"
 

@@ -108,7 +108,7 @@ def recorded(out: Path) -> Job:
         When it holds none.
     """
     told = _read(out / RECORD)
-    folders = {name: str(out / told[name]) for name in _FOLDERS if isinstance(told.get(name), str)}
+    folders = {name: os.path.normpath(out / told[name]) for name in _FOLDERS if isinstance(told.get(name), str)}
     return structure(
         Job, {name: value for name, value in (told | folders).items() if name not in _BESIDE}, out / RECORD
     )

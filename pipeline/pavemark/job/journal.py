@@ -26,9 +26,9 @@ class Shard:
     part: int = 0
     parts: int = 1
 
-    def holds(self, index: int) -> bool:
-        """Whether an image belongs to the shard."""
-        return index % self.parts == self.part
+    def numbers(self, count: int) -> range:
+        """The images of the shard, of `count` in all."""
+        return range(self.part, count, self.parts)
 
 
 @attrs.frozen

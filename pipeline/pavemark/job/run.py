@@ -82,12 +82,12 @@ def run(job: Job, out: Path, shard: Shard, machine: Machine, progress: Progress)
         if len(unmatched) > UNMATCHED:
             progress.tell(f"left out: {len(unmatched) - UNMATCHED} more without a partner of their name")
         done = folder.finished()
-        missing = [number for number in range(shard.part, job.count, shard.parts) if number not in done]
+        missing = [number for number in shard.numbers(job.count) if number not in done]
         run = Run(job, folder, entries, kept, progress)
         with progress.of(len(missing)):
             run.make(missing, machine)
         join(folder)
-    progress.end(run.summary(len(range(shard.part, job.count, shard.parts)) - len(missing)))
+    progress.end(run.summary(shard, len(missing)))
     return run.exit_code
 
 
@@ -185,10 +185,12 @@ class Run:
             return 128 + self.stopped_by
         return SOME_LACK if self.failed or self.unusable else 0
 
-    def summary(self, before: int) -> str:
-        """What there is now, in one line."""
-        there = f"{before + self.made} of {self.job.count}" if self.exit_code else f"{before + self.made}"
-        told = [f"{there} images in {self.folder.out}, {self.made} of them made now"]
+    def summary(self, shard: Shard, missing: int) -> str:
+        """What there is now, in one line, where so many images had been missing."""
+        wanted = len(shard.numbers(self.job.count))
+        whose = f"part {shard.part}/{shard.parts}: " if shard.parts > 1 else ""
+        there = wanted - missing + self.made
+        told = [f"{whose}{there} of {wanted} images in {self.folder.out}, {self.made} of them made now"]
         if self.stopped_by is not None:
             told.append("stopped; the same command goes on from here")
         if self.unusable:
