@@ -63,10 +63,14 @@ def tolerance(shape: Polygon) -> float:
 
 def simplified(shape: Polygon) -> Polygon:
     """The outline with fewer vertices: valid, none of them further than `tolerance` from where it was."""
-    epsilon = tolerance(shape)
+    # Normalised, a ring begins at its leftmost point, which is a corner and not a step in the middle of a side.
+    shape = shape.normalize()
+    largest = epsilon = tolerance(shape)
     while True:
         simple = shape.simplify(epsilon)
-        if abs(simple.area - shape.area) <= AREA_CHANGE * shape.area:
+        # GEOS drops the point at which a ring begins and ends without regard to what was dropped beside it.
+        near = shape.hausdorff_distance(simple) <= largest
+        if near and abs(simple.area - shape.area) <= AREA_CHANGE * shape.area:
             return simple
         epsilon /= 2
 

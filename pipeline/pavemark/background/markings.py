@@ -122,7 +122,7 @@ def _to_the_edge(strokes: np.ndarray, brightness: np.ndarray, seen: np.ndarray, 
         / np.maximum(cv2.GaussianBlur(part, (0, 0), 2 * EDGE * scale), 1e-6)
         for part in (core, seen * (1 - around))
     )
-    return strokes | ((around > 0) & (brightness > (paint + ground) / 2))
+    return (around > 0) & (brightness > (paint + ground) / 2)
 
 
 def _contrast(brightness: np.ndarray, seen: np.ndarray, stretch: float, directions: int, scale: float) -> np.ndarray:
