@@ -19,8 +19,8 @@ from scenes import plate, row
 SCALE = 150
 """Pixels a metre of the large renders: 2.5 times the normal 60."""
 
-REACH = 0.30
-"""Metres along a line that are looked at."""
+REACH = 0.22
+"""Metres along a line that are looked at: short against the bends."""
 
 
 class Junction:
@@ -59,20 +59,27 @@ def find(alpha: np.ndarray, frame: Frame, guess: np.ndarray, entrance: np.ndarra
 
     bar_free = normal(entrance, stem)
     bar_width = width(entrance)
-    along = np.linspace(-REACH if shape == "T" else -0.01, REACH, 31)
+    along = np.linspace(-REACH if shape == "T" else -0.01, REACH, 151)
     bar = np.polynomial.Polynomial.fit(along, junction.paint(entrance, bar_free, along, 0.2) - bar_width / 2, 3)
 
     stem_width = width(stem)
     lean = entrance @ stem
     if shape == "T":
-        # On the obtuse side the stem's edge is free almost down to the bar.
+        # On the obtuse side the stem's edge is free almost down to the bar: from where sections across it end clear.
         side = normal(stem, entrance if lean > 0 else -entrance)
-        start = (bar_width - stem_width * abs(lean)) / 2 / np.sqrt(1 - lean**2) + 0.015
-        along = np.linspace(start, start + 0.25, 26)
+        reach = stem_width / 2 + np.linspace(-0.02, 0.03, 11)
+        tries = np.arange(0.0, 0.4, 0.004)
+        section = tries[:, None, None] * stem + reach[:, None] * side
+        across, height = section @ entrance, -(section @ bar_free)
+        bar_edge = bar_width / 2 * np.sqrt(1 + bar.deriv()(across) ** 2) - bar(across)
+        start = tries[np.argmax((height > bar_edge + 0.012).all(1))]
+        along = np.linspace(start, start + REACH, 126)
+        rod_edge = junction.paint(stem, side, along, reach[-1])
     else:
         side = normal(stem, entrance)
-        along = np.linspace(-0.01, REACH, 31)
-    rod = np.polynomial.Polynomial.fit(along, junction.paint(stem, side, along, 0.2) - stem_width / 2, 3)
+        along = np.linspace(-0.01, REACH, 151)
+        rod_edge = junction.paint(stem, side, along, 0.2)
+    rod = np.polynomial.Polynomial.fit(along, rod_edge - stem_width / 2, 3)
 
     # Where the bar's point guess + a·entrance + bar(a)·free meets the stem's guess + b·stem + rod(b)·side.
     a = b = 0.0
