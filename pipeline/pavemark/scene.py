@@ -315,9 +315,9 @@ class Blend:
     """
 
     method: str = attrs.field(default="reflectance", validator=one_of("reflectance", "normal", "mixed", "alpha"))
-    margin: int = attrs.field(default=4, validator=within(1, 64))
-    ground_texture: float = attrs.field(default=0.6, validator=_share)
-    edge_blur: bool = True
+    margin: int = attrs.field(default=2, validator=within(1, 64))
+    ground_texture: float = attrs.field(default=0.4, validator=_share)
+    edge_blur: bool = False
 
 
 @attrs.frozen

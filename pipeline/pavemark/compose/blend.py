@@ -96,7 +96,7 @@ def _reflectance(plate: Plate, decal: _Decal, blend: Blend) -> tuple[np.ndarray,
     guidance = paint[b] - paint[a] + (1 - hidden) * (ground[b] - ground[a])
     solved = poisson.solve(domain, a, b, guidance, ground.reshape(plate.image.shape))
     pixels = np.flatnonzero(domain)
-    under = np.searchsorted(pixels, decal.pixels)
+    under = (np.cumsum(domain) - 1)[decal.pixels]
     asked = paint[decal.pixels] + ground[decal.pixels]
     solved[under] += decal.alpha[:, None] * np.log(_gain(plate, decal, np.exp(asked), np.exp(solved[under])))
     return pixels, to_display(within_gamut(np.exp(solved) - DARKEST, 1.0))
@@ -111,7 +111,7 @@ def _gain(plate: Plate, decal: _Decal, asked: np.ndarray, found: np.ndarray) -> 
     side = 2 * round(NEIGHBOURHOOD * plate.frame.scale / 2) + 1
     weight = decal.alpha[:, None]
     picture = _everywhere(plate, decal, np.hstack([weight * asked, weight * found]))
-    picture = picture.reshape(*plate.ground.shape, 6)
+    picture = picture.astype(np.float32).reshape(*plate.ground.shape, 6)
     near = [cv2.boxFilter(part, -1, (side, side), normalize=False) for part in (picture[..., :3], picture[..., 3:])]
     sums = [part.reshape(-1, 3)[decal.pixels] for part in near]
     return sums[0] / sums[1]

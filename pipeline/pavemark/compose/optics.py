@@ -5,9 +5,12 @@ An AVM picture is resampled from fisheye cameras: sharp beside the car, ever sof
 
 from __future__ import annotations
 
+import itertools
+
 import cv2
 import numpy as np
 from scipy.ndimage import map_coordinates
+from scipy.special import ndtr
 
 from pavemark.layers import Layers
 from pavemark.plate import Plate
@@ -16,11 +19,11 @@ from pavemark.scene import Optics
 NODES = 6
 """Nodes of the measured grid along the longer side."""
 
-SHARPEST, SOFTEST = 0.5, 3.0
-"""Blur in pixels between which a measurement is believed: sharper is noise or texture, softer is shading."""
+SHARPEST, SOFTEST = 0.6, 3.0
+"""Blur in pixels, aperture included, that is believed: sharper is a camera seam or noise, softer is shading."""
 
-UNKNOWN = 0.9
-"""Blur in pixels of a picture without edges: the median beside the car of 12 real AVM pictures."""
+UNKNOWN = 0.7
+"""Blur in pixels of a picture without edges: the median of line edges beside the car in 12 real AVM pictures."""
 
 LEAST_EDGES = 25
 """Edge pixels that a node needs; the median of fewer is uncertain by more than 0.1 px."""
@@ -28,8 +31,11 @@ LEAST_EDGES = 25
 FAINTEST = 3.0
 """Least gradient in levels a pixel that is an edge and not noise."""
 
-FINE, COARSE = 0.7, 1.5
-"""The two test blurs in pixels: the first calms noise, the second keeps the two edges of a 10 cm line apart."""
+CALM = 0.7
+"""Blur in pixels against noise, while edges are looked for."""
+
+APERTURE = 1 / 4
+"""Variance in px² that is not the camera's: the pixel's own, 1/12, and the bilinear reading's, 1/6."""
 
 STEP = 0.5
 """Most pixels of blur between the copies that `apply` mixes."""
@@ -38,9 +44,8 @@ STEP = 0.5
 def measure(plate: Plate) -> tuple[tuple[float, ...], ...]:
     """The picture's local blur, from the edges of its ground and of its former markings.
 
-    At a step edge blurred by σ the gradient is proportional to (σ² + s²)^-½ after a further blur by s; two such
-    blurs give σ (Zhuo and Sim, *Defocus map estimation from a single image*, 2011, here with two re-blurs against
-    noise). Only straight, lone edges count, as texture is no step.
+    A blurred step rises by Φ(t/σ) - Φ(-t/σ) within t pixels of its place; the rise within 3 px over that within 1 px
+    gives σ. Only straight, lone edges count, as texture is no step.
 
     Parameters
     ----------
@@ -50,8 +55,8 @@ def measure(plate: Plate) -> tuple[tuple[float, ...], ...]:
     Returns
     -------
     tuple of tuple of float
-        Standard deviation in pixels for `Optics.blur`, without the pixel's own aperture (variance 1/12), which the
-        decals' coverage has already. A node without edges takes the median of those that have some.
+        Standard deviation in pixels for `Optics.blur`, without the pixel's own aperture, which the decals' coverage
+        has already. A node without edges takes the median of those that have some; a picture without edges, UNKNOWN.
     """
     u, v, sigma = _edges(plate)
     height, width = plate.ground.shape
@@ -63,46 +68,48 @@ def measure(plate: Plate) -> tuple[tuple[float, ...], ...]:
             near = sigma[np.maximum(abs(u - x), abs(v - y)) <= spacing * 0.75]
             if len(near) >= LEAST_EDGES:
                 blur[i, j] = np.median(near)
-    known = blur[np.isfinite(blur)]
-    blur[np.isnan(blur)] = np.median(known) if len(known) else UNKNOWN
-    blur = np.sqrt(blur**2 - 1 / 12)
+    if np.isnan(blur).all():
+        return ((UNKNOWN,),)
+    blur = np.sqrt(np.where(np.isnan(blur), np.nanmedian(blur), blur) ** 2 - APERTURE)
     return tuple(tuple(round(float(value), 3) for value in row) for row in blur)
 
 
 def _edges(plate: Plate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Image coordinates (N,), (N,) of straight, lone edge pixels and the blur σ (N,) of each."""
     grey = cv2.cvtColor(plate.source, cv2.COLOR_RGB2GRAY).astype(np.float32)
-    (across, down), coarse = _gradient(grey, FINE), _gradient(grey, COARSE)
+    soft = cv2.GaussianBlur(grey, (0, 0), CALM)
+    across, down = (cv2.Scharr(soft, -1, *axis, scale=1 / 32) for axis in ((1, 0), (0, 1)))
     strength = np.hypot(across, down)
     ground = cv2.erode(plate.ground.astype(np.uint8), np.ones((13, 13), np.uint8), borderValue=1) > 0
     v, u = np.nonzero(ground & (strength > FAINTEST))
-    strength = strength[v, u]
-    x, y = across[v, u] / strength, down[v, u] / strength
+    x, y = across[v, u] / strength[v, u], down[v, u] / strength[v, u]
 
-    def along(gradient: tuple[np.ndarray, np.ndarray], du: np.ndarray, dv: np.ndarray) -> np.ndarray:
-        """Slope in the direction of the edge's own gradient, (du, dv) pixels away."""
-        place = [v + dv, u + du]
-        return x * map_coordinates(gradient[0], place, order=1) + y * map_coordinates(gradient[1], place, order=1)
+    def read(picture: np.ndarray, t: float | np.ndarray, s: float = 0.0) -> np.ndarray:
+        """The picture t pixels across each edge, towards its bright side, and s pixels along it."""
+        return map_coordinates(picture, [v + t * y + s * x, u + t * x - s * y], order=1, mode="nearest")
+
+    def slope(t: float, s: float = 0.0) -> np.ndarray:
+        return x * read(across, t, s) + y * read(down, t, s)
 
     def busy(side: int) -> np.ndarray:
-        """Steepest slope beyond the edge; nearer by, the tail of a soft edge counts less."""
-        far, near = (np.abs(along(fine, side * r * x, side * r * y)) for r in (4.5, 3))
-        return np.maximum(far, 0.6 * near)
+        """Slope beyond the edge; nearer by it may be the tail of a soft edge and counts less."""
+        return np.maximum(np.abs(slope(4.5 * side)), 0.6 * np.abs(slope(3 * side)))
 
-    fine = across, down
-    ridge = (strength >= along(fine, x, y)) & (strength >= along(fine, -x, -y))
-    straight = np.minimum(along(fine, -6 * y, 6 * x), along(fine, 6 * y, -6 * x)) > 0.75 * strength
-    lone = np.minimum(busy(1), busy(-1)) < 0.3 * strength
-    steeper = (strength / along(coarse, 0 * x, 0 * y)) ** 2
-    variance = (COARSE**2 - steeper * FINE**2) / np.maximum(steeper - 1, 1e-6)
-    kept = ridge & straight & lone & (variance > SHARPEST**2) & (variance < SOFTEST**2)
-    return u[kept] + 0.5, v[kept] + 0.5, np.sqrt(variance[kept])
+    before, here, after = slope(-1), slope(0), slope(1)
+    ridge = (here >= before) & (here >= after)
+    straight = np.minimum(slope(0, -6), slope(0, 6)) > 0.75 * here
+    lone = np.minimum(busy(1), busy(-1)) < 0.3 * here
+    kept = ridge & straight & lone
+    v, u, x, y = v[kept], u[kept], x[kept], y[kept]
+    before, here, after = before[kept], here[kept], after[kept]
+    summit = 0.5 * (before - after) / np.minimum(before - 2 * here + after, -1e-6)
 
+    def rise(t: float) -> np.ndarray:
+        return sum(read(grey, summit + t, s) - read(grey, summit - t, s) for s in (-1.0, 0.0, 1.0))
 
-def _gradient(grey: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarray]:
-    """Gradient (across, down), levels a pixel, of a picture (H, W) blurred by sigma."""
-    soft = cv2.GaussianBlur(grey, (0, 0), sigma)
-    return cv2.Scharr(soft, -1, 1, 0, scale=1 / 32), cv2.Scharr(soft, -1, 0, 1, scale=1 / 32)
+    sigma = np.interp(rise(3) / np.maximum(rise(1), 1e-6), _RISES, _SIGMAS)
+    kept = (sigma > SHARPEST) & (sigma < SOFTEST)
+    return u[kept] + 0.5, v[kept] + 0.5, sigma[kept]
 
 
 def apply(layers: Layers, optics: Optics) -> Layers:
@@ -134,19 +141,24 @@ def apply(layers: Layers, optics: Optics) -> Layers:
 
 def _over(nodes: np.ndarray, height: int, width: int) -> np.ndarray:
     """Values (H, W) float32 at the pixel centres of a grid whose outer nodes lie on the frame's border."""
-    rows, columns = (np.minimum((np.arange(n) + 0.5) / n * (k - 1), k - 1) for n, k in zip((height, width), nodes.shape))
-    down = np.array([np.interp(rows, np.arange(nodes.shape[0]), column) for column in nodes.T])
-    return np.array([np.interp(columns, np.arange(nodes.shape[1]), row) for row in down.T], np.float32)
+    rows, columns = nodes.shape
+    v = (np.arange(height) + 0.5) / height * (rows - 1)
+    u = (np.arange(width) + 0.5) / width * (columns - 1)
+    down = np.array([np.interp(v, np.arange(rows), column) for column in nodes.T])
+    return np.array([np.interp(u, np.arange(columns), row) for row in down.T], np.float32)
 
 
 def _mixed(decals: np.ndarray, sigma: np.ndarray) -> np.ndarray:
     least, most = float(sigma.min()), float(sigma.max())
     levels = np.linspace(least, most, int(np.ceil((most - least) / STEP)) + 1)
-    result = _blurred(decals, levels[0])
-    for low, high in zip(levels, levels[1:]):
+    sharper = _blurred(decals, levels[0])
+    result = sharper.copy()
+    for low, high in itertools.pairwise(levels):
+        softer = _blurred(decals, high)
         # Variances mix linearly, deviations do not.
-        share = np.clip((sigma**2 - low**2) / (high**2 - low**2), 0, 1)[..., None]
-        result += share * (_blurred(decals, high) - _blurred(decals, low))
+        share = np.clip((sigma**2 - low**2) / (high**2 - low**2), 0, 1)
+        result += share[..., None] * (softer - sharper)
+        sharper = softer
     return result
 
 
@@ -155,3 +167,7 @@ def _blurred(decals: np.ndarray, sigma: float) -> np.ndarray:
     if sigma == 0:
         return decals.copy()
     return cv2.GaussianBlur(decals, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
+
+
+_SIGMAS = np.geomspace(0.2, 6, 200)
+_RISES = (2 * ndtr(3 / _SIGMAS) - 1) / (2 * ndtr(1 / _SIGMAS) - 1)

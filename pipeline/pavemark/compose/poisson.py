@@ -53,7 +53,7 @@ def solve(domain: np.ndarray, a: np.ndarray, b: np.ndarray, guidance: np.ndarray
     guidance : ndarray (L, C) float64
         The wanted f(b) - f(a).
     boundary : ndarray (H, W, C) float64
-        Read only at pixels beside the domain.
+        f beside the domain; inside it any finite values, which do not matter.
 
     Returns
     -------
@@ -72,20 +72,16 @@ def solve(domain: np.ndarray, a: np.ndarray, b: np.ndarray, guidance: np.ndarray
     number[pixels] = np.arange(len(pixels), dtype=np.int32)
     start, end = number[a], number[b]
     degree = _sum(start, len(pixels)) + _sum(end, len(pixels))
-    known = boundary.reshape(domain.size, -1)
 
-    source = np.empty((len(pixels), guidance.shape[1]))
-    for channel in range(source.shape[1]):
-        wanted, given = guidance[:, channel], known[:, channel]
-        to_known, from_known = end < 0, start < 0
-        source[:, channel] = _sum(end, len(pixels), wanted) - _sum(start, len(pixels), wanted)
-        source[:, channel] += _sum(start[to_known], len(pixels), given[b[to_known]])
-        source[:, channel] += _sum(end[from_known], len(pixels), given[a[from_known]])
+    # Solved for f - boundary, which is nought beside the domain.
+    given = boundary.reshape(domain.size, -1)
+    change = guidance - (given[b] - given[a])
+    source = np.stack([_sum(end, len(pixels), v) - _sum(start, len(pixels), v) for v in change.T], axis=-1)
 
     row, column = np.divmod(pixels, domain.shape[1])
     light = (row + column) % 2 == 0
     inside = (start >= 0) & (end >= 0)
-    return _halved(light, degree, start[inside], end[inside], source)
+    return given[pixels] + _halved(light, degree, start[inside], end[inside], source)
 
 
 def _sum(at: np.ndarray, count: int, values: np.ndarray | None = None) -> np.ndarray:
