@@ -61,7 +61,7 @@ def same(a, b) -> bool:
 def test_the_markings_are_gone_and_the_rest_is_the_image(files, method):
     image, mask = cv2.imread(str(files[0]))[..., ::-1], cv2.imread(str(files[1]), 0) > 0
     plate = made(files, method=method)
-    hole = cv2.dilate(mask.astype(np.uint8), np.ones((7, 7))) > 0
+    hole = cv2.dilate(mask.astype(np.uint8), np.ones((11, 11))) > 0
     assert np.array_equal(plate.image[~hole], image[~hole])
     assert plate.image[mask & plate.ground].min() >= 80
     assert plate.image[mask & plate.ground].max() <= 112
