@@ -8,7 +8,7 @@ import patchmatch
 from pavemark.background.inpainting.source import filled, mirrored, within_margin
 
 RADIUS = 5
-"""Patches are 11×11 pixels: wide enough for the joints of paving. Radius 3 is no faster here, radius 7 takes twice as long."""
+"""Patches are 11×11 pixels, as wide as the joints of paving. Radius 3 is no faster, radius 7 takes twice the time."""
 
 SMALLEST = 96
 """Pixels a side to which a smaller image is mirrored: of its coarsest halved version a hole must leave a source."""
