@@ -10,6 +10,7 @@ import numpy as np
 
 from blender_addon.carpark import car, demo, layout, stage
 from blender_addon.carpark.layout import Block
+from blender_addon.carpark.pavement import Surface
 from pavemark.errors import InputError
 from pavemark.files import png, write
 
@@ -48,11 +49,11 @@ LIGHTS = {
 }
 
 
-def build(view: demo.View, threads: int) -> None:
+def build(view: demo.View, surface: Surface, threads: int) -> None:
     """Set up the car park of a view in Blender."""
     rng = demo.stream(view, 1)
     stage.clear(threads)
-    stage.ground(demo.surface(view), wavy=0.004 if view.pavement == "epoxy" else 0.0, seed=float(rng.uniform(0, 1000)))
+    stage.ground(surface, wavy=0.004 if view.pavement == "epoxy" else 0.0, seed=float(rng.uniform(0, 1000)))
     LIGHTS[view.light]()
     for row in view.rows:
         for where in layout.cars(row, view.turn, rng):
@@ -67,7 +68,7 @@ def build(view: demo.View, threads: int) -> None:
 
 
 @click.command()
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for images/ and masks/.")
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for images/, masks/ and half/.")
 @click.option("--only", multiple=True, help="Name of a view; may be given more than once. Default: all.")
 @click.option(
     "--threads", default=2, show_default=True, help="Threads of the renderer; the pictures do not depend on it."
@@ -81,11 +82,13 @@ def main(out: Path, only: tuple[str, ...], threads: int) -> None:
         for view in demo.VIEWS:
             if only and view.name not in only:
                 continue
-            build(view, threads)
-            image, mask = demo.photograph(view, stage.look)
+            surface = demo.surface(view)
+            build(view, surface, threads)
+            image, mask = demo.photograph(view, surface.marked, stage.look)
             coded = cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1].tobytes()
-            write(out / "images" / f"{view.name}.jpg", coded)
-            write(out / "masks" / f"{view.name}.png", png(mask))
+            folder = out / view.folder
+            write(folder / "images" / f"{view.name}.jpg", coded)
+            write(folder / "masks" / f"{view.name}.png", png(mask))
             click.echo(f"{view.name}  {image.shape[1]}×{image.shape[0]}")
     except InputError as error:
         raise click.ClickException(str(error)) from None

@@ -80,6 +80,11 @@ class View:
         """The ground that is stitched; a half-view is cut from it."""
         return HALF if self.half else Frame()
 
+    @property
+    def folder(self) -> str:
+        """Where its images/ and masks/ lie: half-views have a scale, and so a job, of their own."""
+        return "half" if self.half else "."
+
 
 def stream(view: View, stage: int) -> np.random.Generator:
     """A stream of random numbers for each stage of a view."""
@@ -118,12 +123,12 @@ VIEWS: tuple[View, ...] = (
         "epoxy_garage", 16, "epoxy", "garage", ego=LONG,
         rows=(Row("right", 2.6, outline="half-closed", wear=0.1, numbered=True, parked=(-1, 2), shift=0.6),
               Row("left", 2.3, wear=0.1, numbered=True, parked=(1,))),
-        turn=_deg(2), pillars=True, arrow=(0.3, 4.2), camera=620, noise=1.8,
+        turn=_deg(2), pillars=True, arrow=(0.3, 4.2), camera=620, noise=1.2,
     ),
     View(
         "epoxy_dim", 17, "epoxy", "dim", ego=WIDE,
         rows=(Row("left", 2.1, outline="corner", wear=0.15, width=0.1, numbered=True, parked=(-1,), shift=0.3),),
-        turn=_deg(5), beside=(("wall", "right", 2.9),), camera=520, noise=3.0, exposure=0.09,
+        turn=_deg(5), beside=(("wall", "right", 2.9),), camera=520, noise=1.5, exposure=0.09,
     ),
     View(
         "grid_corner", 18, "grid", "overcast", ego=SMALL,
@@ -143,7 +148,7 @@ VIEWS: tuple[View, ...] = (
     View(
         "half_epoxy_R", 22, "epoxy", "garage", half="right",
         rows=(Row("right", 2.3, wear=0.1, numbered=True, parked=(1,), outline="half-closed"),), turn=_deg(3),
-        pillars=True, camera=560, noise=2.0,
+        pillars=True, camera=560, noise=1.2,
     ),
     View(
         "half_grid_L", 23, "grid", "sun", ego=LONG, half="left",
@@ -152,7 +157,7 @@ VIEWS: tuple[View, ...] = (
     View(
         "half_concrete_R", 24, "concrete", "dim", half="right",
         rows=(Row("right", 2.0, slant=_deg(120), entrance=2.8, wear=0.2, parked=(-1,)),), turn=_deg(-3), camera=520,
-        noise=2.5, exposure=0.12,
+        noise=1.5, exposure=0.12,
     ),
 )  # fmt: skip
 
@@ -168,12 +173,14 @@ def surface(view: View) -> pavement.Surface:
 Look = Callable[[rig.Fisheye, rig.Mount, tuple[int, int, int, int]], dict[str, np.ndarray]]
 
 
-def photograph(view: View, look: Look) -> tuple[np.ndarray, np.ndarray]:
+def photograph(view: View, marked: np.ndarray, look: Look) -> tuple[np.ndarray, np.ndarray]:
     """Take the four pictures of a view and stitch them.
 
     Parameters
     ----------
     view : View
+    marked : ndarray (N, N), float32
+        The markings of its `surface`.
     look : callable
         Renders one camera, see `stage.look`.
 
@@ -182,13 +189,14 @@ def photograph(view: View, look: Look) -> tuple[np.ndarray, np.ndarray]:
     image : ndarray (H, W, 3), uint8
         Display sRGB.
     mask : ndarray (H, W), uint8
-        GROUND, MARKING, NOT_GROUND, of what the cameras saw, stitched the same way.
+        GROUND, MARKING, NOT_GROUND, stitched the same way. Markings are as sharp far away as they are near, since
+        they are looked up where the cameras' rays meet the ground and not in the cameras' pixels.
     """
     rng = stream(view, 2)
     fisheye = rig.Fisheye(view.camera)
     shares = stitch.sectors(view.frame, view.ego)
     black = stitch.silhouette(view.frame, view.ego, rng)
-    pictures, ground, marked, seen_at = {}, {}, {}, {}
+    pictures, ground, seen_at, lies_at = {}, {}, {}, {}
     for side, mount in rig.mounts(view.ego.length - 0.1, view.ego.width - 0.1).items():
         # The stitching believes the nominal mount; the camera hangs a little off it, so lines break at the seams.
         real = rig.loosened(rng, mount, np.radians(0.22))
@@ -202,10 +210,12 @@ def photograph(view: View, look: Look) -> tuple[np.ndarray, np.ndarray]:
         used = np.zeros((fisheye.size, fisheye.size), bool)
         used[top:bottom, left:right] = True
         pictures[side] = sensor.develop(layers["light"], used & (layers["ground"] > 0.5), electronics)
-        ground[side], marked[side] = layers["ground"], layers["marked"]
+        ground[side] = layers["ground"]
+        rays = fisheye.unproject(seen_at[side])
+        lies_at[side] = pavement.FRAME.to_image(real.to_ground(rays)).astype(np.float32)
     image = np.rint(stitch.stitch(pictures, seen_at, shares)).astype(np.uint8)
     seen_ground = stitch.stitch(ground, seen_at, shares) > 0.5
-    seen_marked = stitch.stitch(marked, seen_at, shares) > 0.5
+    seen_marked = stitch.stitch(dict.fromkeys(rig.SIDES, marked), lies_at, shares) > 0.5
     mask = np.where(seen_ground, np.where(seen_marked, MARKING, GROUND), NOT_GROUND).astype(np.uint8)
     image[black], mask[black] = 0, NOT_GROUND
     columns = _columns(view)

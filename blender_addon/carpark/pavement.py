@@ -223,7 +223,7 @@ def epoxy(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     scuff = _tracks(rng, 5)
     level = 0.24 * (1 + 0.05 * _clouds(rng, 3, 5) + 0.03 * _speckle(rng)) * (1 - 0.45 * scuff)
     level *= 1 - 0.4 * _stains(rng, 8)
-    roughness = 0.2 + 0.03 * _clouds(rng, 1.0, 4) + 0.2 * scuff
+    roughness = 0.3 + 0.03 * _clouds(rng, 1.0, 4) + 0.2 * scuff
     return _grey(level, (0.90, 1.0, 0.95)), roughness.astype(np.float32)
 
 

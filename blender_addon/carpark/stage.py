@@ -16,13 +16,23 @@ from blender_addon.carpark import car
 from blender_addon.carpark.layout import Block, Parked
 from blender_addon.carpark.pavement import FRAME, Surface
 from blender_addon.carpark.rig import Fisheye, Mount
+from blender_addon.versions import exr_layers
+from pavemark.errors import InputError
 
 SAMPLES = 16
 """Rays a pixel; the denoiser and then the sensor's own noise hide what is left."""
 
 
 def clear(threads: int) -> None:
-    """An empty scene, Cycles on the CPU."""
+    """An empty scene, Cycles on the CPU.
+
+    Raises
+    ------
+    InputError
+        Under Blender 4.5, whose panoramic cameras are set up another way; the shipped images come from 5.2.
+    """
+    if bpy.app.version < (5, 0, 0):
+        raise InputError(f"Blender {bpy.app.version_string}", "the car park is rendered with 5.0 or later")
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
@@ -39,14 +49,9 @@ def clear(threads: int) -> None:
     scene.render.threads = threads
     scene.render.use_border = True
     scene.render.dither_intensity = 0.0
-    settings = scene.render.image_settings
-    settings.media_type = "MULTI_LAYER_IMAGE"
-    settings.file_format = "OPEN_EXR_MULTILAYER"
-    settings.color_depth = "32"
-    settings.exr_codec = "NONE"
-    for name in ("Ground", "Marked"):
-        aov = bpy.context.view_layer.aovs.add()
-        aov.name, aov.type = name, "VALUE"
+    exr_layers(scene.render.image_settings)
+    aov = bpy.context.view_layer.aovs.add()
+    aov.name, aov.type = "Ground", "VALUE"
 
 
 def ground(surface: Surface, wavy: float, seed: float) -> None:
@@ -68,13 +73,12 @@ def ground(surface: Surface, wavy: float, seed: float) -> None:
     albedo = _picture(
         nodes, np.where(surface.albedo > 0.0031308, 1.055 * surface.albedo ** (1 / 2.4) - 0.055, 0), "sRGB"
     )
-    data = _picture(nodes, np.stack([surface.roughness, surface.marked, 0 * surface.marked], -1), "Non-Color")
+    roughness = _picture(nodes, np.repeat(surface.roughness[..., None], 3, -1), "Non-Color")
     link(albedo.outputs["Color"], shader.inputs["Base Color"])
-    split = nodes.new("ShaderNodeSeparateColor")
-    link(data.outputs["Color"], split.inputs[0])
-    link(split.outputs[0], shader.inputs["Roughness"])
-    _aov(nodes, "Ground").inputs["Value"].default_value = 1.0
-    link(split.outputs[1], _aov(nodes, "Marked").inputs["Value"])
+    link(roughness.outputs["Color"], shader.inputs["Roughness"])
+    seen = nodes.new("ShaderNodeOutputAOV")
+    seen.aov_name = "Ground"
+    seen.inputs["Value"].default_value = 1.0
     if wavy:
         noise, bump = nodes.new("ShaderNodeTexNoise"), nodes.new("ShaderNodeBump")
         noise.noise_dimensions = "4D"
@@ -260,7 +264,7 @@ def look(fisheye: Fisheye, mount: Mount, window: tuple[int, int, int, int]) -> d
     Returns
     -------
     dict of ndarray (size, size[, 3]), float32
-        "light": linear RGB. "ground": share of the pixel that is ground. "marked": share within a marking.
+        "light": linear RGB. "ground": share of the pixel that is ground.
     """
     scene = bpy.context.scene
     scene.render.resolution_x = scene.render.resolution_y = fisheye.size
@@ -295,7 +299,7 @@ def _layers(path: str) -> dict[str, np.ndarray]:
         pixels = np.asarray(image.read_image("float")).reshape(spec.height, spec.width, spec.nchannels)
         parts[spec.channelnames[0].split(".")[1]] = pixels
     image.close()
-    return {"light": parts["Combined"][..., :3], "ground": parts["Ground"][..., 0], "marked": parts["Marked"][..., 0]}
+    return {"light": parts["Combined"][..., :3], "ground": parts["Ground"][..., 0]}
 
 
 def _mesh(name: str, vertices: np.ndarray, faces: list[tuple[int, ...]]) -> bpy.types.Object:
@@ -404,10 +408,4 @@ def _picture(nodes, pixels: np.ndarray, space: str):
         image.pack()
     node = nodes.new("ShaderNodeTexImage")
     node.image = image
-    return node
-
-
-def _aov(nodes, name: str):
-    node = nodes.new("ShaderNodeOutputAOV")
-    node.aov_name = name
     return node

@@ -13,8 +13,9 @@ BY_NAME = {view.name: view for view in VIEWS}
 
 
 def _pair(name):
-    image = cv2.imread(str(DEMO / "images" / f"{name}.jpg"), cv2.IMREAD_COLOR)
-    mask = cv2.imread(str(DEMO / "masks" / f"{name}.png"), cv2.IMREAD_UNCHANGED)
+    folder = DEMO / BY_NAME[name].folder
+    image = cv2.imread(str(folder / "images" / f"{name}.jpg"), cv2.IMREAD_COLOR)
+    mask = cv2.imread(str(folder / "masks" / f"{name}.png"), cv2.IMREAD_UNCHANGED)
     return image, mask
 
 
@@ -32,8 +33,10 @@ def _shifted(mask, right, down):
 
 
 def test_every_view_is_shipped_and_small():
-    assert {path.stem for path in (DEMO / "images").iterdir()} == set(BY_NAME)
-    assert {path.stem for path in (DEMO / "masks").iterdir()} == set(BY_NAME)
+    for folder in (".", "half"):
+        names = {view.name for view in VIEWS if view.folder == folder}
+        for kind in ("images", "masks"):
+            assert {path.stem for path in (DEMO / folder / kind).iterdir()} == names
     assert sum(path.stat().st_size for path in DEMO.rglob("*") if path.is_file()) <= 2.5e6
 
 
