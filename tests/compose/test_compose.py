@@ -1,0 +1,132 @@
+"""The steps together, brightness, noise, colour."""
+
+import hashlib
+
+import attrs
+import numpy as np
+import pytest
+from scipy import stats
+
+from pavemark.compose import brightness, noise
+from pavemark.compose.colour import quantise, to_display, to_linear
+from pavemark.compose.image import compose
+from pavemark.ground import Frame
+from pavemark.layers import Layers
+from pavemark.plan import plan
+from pavemark.plate import Plate
+from pavemark.scene import Blend, Brightness, Marking, Noise, Optics, Paint, Scene, Stroke
+
+FRAME = Frame(120, 90)
+PAINT = Paint(rgb=(230, 230, 225), ratio=(2.2, 2.2, 2.1))
+LINE = Marking("slot", PAINT, strokes=(Stroke(((-0.5, 0), (0.5, 0)), 0.1),))
+
+
+@pytest.fixture
+def plate():
+    rng = np.random.default_rng(0)
+    image = np.clip(rng.normal(100, 10, (90, 120, 3)), 0, 255).astype(np.uint8)
+    return Plate("p", FRAME, image, np.ones((90, 120), bool), np.zeros((90, 120), bool), image)
+
+
+@pytest.fixture
+def layers():
+    decals = np.zeros((90, 120, 4), np.float32)
+    decals[42:48, 30:90] = (2.2, 2.2, 2.1, 1)
+    return Layers(decals)
+
+
+def run(plate, layers, **effects):
+    scene = Scene(0, plate.ref, **effects)
+    return compose(scene, plan(scene), plate, layers)
+
+
+def test_a_scene_without_steps_is_its_plate(plate):
+    image = run(plate, None)
+    assert image.dtype == np.uint8
+    np.testing.assert_array_equal(image, plate.image)
+
+
+def test_steps_not_listed_are_not_run(plate, layers, monkeypatch):
+    for module in (brightness, noise):
+        monkeypatch.setattr(module, "apply", None)
+    image = run(plate, layers, markings=(LINE,), blend=Blend())
+    assert (image != plate.image).any(-1)[42:48, 30:90].mean() > 0.9
+    np.testing.assert_array_equal(image[:39], plate.image[:39])
+
+
+def test_there_is_one_rounding_at_the_end(plate):
+    dark = run(plate, None, brightness=Brightness(0.3), noise=Noise("gaussian", 0.4, 5))
+    rng = np.random.Generator(np.random.PCG64(5))
+    exact = plate.image * 0.3 + 0.4 * rng.standard_normal(plate.image.shape, np.float32)
+    assert np.abs(dark - exact).max() <= 0.5 + 1e-3  # float32 at 255 is exact to 1.5e-5
+
+
+def test_everything_on_repeats_to_the_bit_and_depends_on_the_seed(plate, layers):
+    effects = {
+        "markings": (LINE,),
+        "optics": Optics(((0.5, 1.5),)),
+        "blend": Blend(edge_blur=True),
+        "brightness": Brightness(1.3),
+        "noise": Noise("laplacian", 4, 7),
+    }
+    first, second = (hashlib.sha256(run(plate, layers, **effects).tobytes()).hexdigest() for _ in range(2))
+    assert first == second
+    effects["noise"] = attrs.evolve(effects["noise"], seed=8)
+    assert hashlib.sha256(run(plate, layers, **effects).tobytes()).hexdigest() != first
+
+
+def test_srgb_is_exact_both_ways():
+    levels = np.arange(256, dtype=np.uint8)
+    assert np.abs(to_display(to_linear(levels)) - levels).max() < 1e-9
+    # Published values: 50 % display is 21.4 % light, and the knee lies at 0.04045 of the display.
+    assert to_linear(np.uint8(188)) == pytest.approx(0.502886, abs=1e-6)
+    assert to_linear(np.uint8(10)) == pytest.approx(10 / 255 / 12.92)
+
+
+def test_rounding_has_no_bias_and_does_not_wrap():
+    values = np.arange(0, 255, 1 / 16)
+    assert abs((quantise(values) - values).mean()) < 1e-3
+    np.testing.assert_array_equal(quantise(np.array([-3.0, -0.4, 255.4, 300.0])), [0, 0, 255, 255])
+
+
+@pytest.mark.parametrize("factor", [0.5, 0.8, 1.2])
+def test_brightness_scales_the_levels(factor):
+    image = np.random.default_rng(0).uniform(0, 200, (40, 40, 3)).astype(np.float32)
+    np.testing.assert_allclose(brightness.apply(image, Brightness(factor)), image * factor, rtol=1e-6)
+
+
+def test_brightness_stops_at_white_and_keeps_the_hue():
+    image = np.array([[[200, 100, 50], [250, 250, 250], [0, 0, 0]]], np.float32)
+    found = brightness.apply(image, Brightness(1.5))
+    np.testing.assert_allclose(found, [[[255, 127.5, 63.75], [255, 255, 255], [0, 0, 0]]], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kind", "law"),
+    [("gaussian", stats.norm(scale=6)), ("laplacian", stats.laplace(scale=6 / np.sqrt(2)))],
+)
+def test_noise_has_the_law_and_deviation_asked_for(kind, law):
+    image = np.full((200, 200, 3), 128, np.float32)
+    added = noise.apply(image, Noise(kind, 6, 3)) - image
+    # 120,000 draws: the deviation is known to 0.4 %, the mean to 0.02 levels.
+    assert added.std() == pytest.approx(6, rel=0.02)
+    assert abs(added.mean()) < 0.08
+    assert stats.kstest(added.ravel(), law.cdf).pvalue > 0.01
+    assert abs(np.corrcoef(added[..., 0].ravel(), added[..., 1].ravel())[0, 1]) < 0.02
+
+
+def test_salt_and_pepper_hits_its_share_half_white_half_black():
+    image = np.full((300, 300, 3), 128, np.float32)
+    found = noise.apply(image, Noise("salt-and-pepper", 0.1, 3))
+    white, black = ((found == level).all(-1).mean() for level in (255, 0))
+    assert white == pytest.approx(0.05, abs=0.005)
+    assert black == pytest.approx(0.05, abs=0.005)
+    assert (found == 128).all(-1).mean() == pytest.approx(1 - white - black)
+
+
+@pytest.mark.parametrize("kind", ["gaussian", "laplacian"])
+@pytest.mark.parametrize("tone", [0, 255])
+def test_noise_at_black_and_white_does_not_wrap(kind, tone):
+    image = quantise(noise.apply(np.full((50, 50, 3), tone, np.float32), Noise(kind, 10, 1)))
+    assert np.abs(image.astype(int) - tone).max() < 120
+    assert (image == tone).mean() > 0.4
