@@ -16,7 +16,8 @@ try:
     from pavemark import cli
     from pavemark.job.worker import serve
 except ModuleNotFoundError as error:
-    sys.exit(f"error: {error.name} is missing: {sys.executable} -m pip install {SCRIPT.parent}")
+    print(f"error: {error.name} is missing: {sys.executable} -m pip install {SCRIPT.parent}", file=sys.stderr)
+    sys.exit(2)
 
 
 def renderer():

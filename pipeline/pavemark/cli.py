@@ -85,7 +85,7 @@ def render(
     out = out.absolute()
     try:
         return run(job, out, shard, Machine(tuple(command), workers, recycle, patience), shown(quiet))
-    except InputError:
+    except (InputError, BrokenPipeError):
         raise
     except Exception as error:
         log(out, "the run", traceback.format_exc())

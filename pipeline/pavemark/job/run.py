@@ -25,8 +25,8 @@ SOME_LACK = 1
 """Exit code when an input image was left out or an image failed."""
 
 
-RECYCLE = 100
-"""Images after which a worker is replaced: Blender keeps a little of everything it has drawn."""
+RECYCLE = 250
+"""Images after which a worker is replaced: Blender may keep a little of all it has drawn. A start costs five images."""
 
 PATIENCE = 900.0
 """Seconds after which an image counts as stuck. The inpainting of a very large one takes longest."""
@@ -176,7 +176,8 @@ class Run:
             yield
         finally:
             for number, handler in before.items():
-                signal.signal(number, handler)
+                # None stands for a handler that is not Python's, as a Blender program has one.
+                signal.signal(number, signal.SIG_DFL if handler is None else handler)
 
     @property
     def exit_code(self) -> int:
