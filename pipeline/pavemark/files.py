@@ -75,7 +75,12 @@ def _alive(pid: int) -> bool:
 
 
 def png(image: np.ndarray) -> bytes:
-    """A PNG of an (H, W) or (H, W, 3) RGB array of uint8, or an (H, W) array of uint16."""
+    """A PNG of an (H, W, 3) RGB array of uint8, or of an (H, W) mask of uint8 or uint16."""
+    # Pictures with noise do not repeat: Huffman codes alone are half the time of a search, and 5 % smaller too.
+    # Masks are runs.
+    strategy = cv2.IMWRITE_PNG_STRATEGY_RLE
     if image.ndim == 3:
         image = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
-    return cv2.imencode(".png", image, [cv2.IMWRITE_PNG_COMPRESSION, 3])[1].tobytes()
+        strategy = cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY
+    settings = [cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, strategy]
+    return cv2.imencode(".png", image, settings)[1].tobytes()

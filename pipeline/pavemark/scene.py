@@ -64,7 +64,7 @@ class PlateRef:
     name : str
         Stem of the real image it was made from.
     sha256 : str
-        Hash of the plate (pixels and ground), see `pavemark.background.plate.Plate.sha256`.
+        Hash of the plate (pixels and ground), see `pavemark.plate.Plate.sha256`.
     frame : Frame
     """
 

@@ -6,14 +6,21 @@ import attrs
 import numpy as np
 
 from pavemark.randomize.palette import Palette, Shade
-from pavemark.randomize.streams import uniform, weighted
+from pavemark.randomize.streams import weighted
 from pavemark.records import interval, within
 from pavemark.scene import RGB
 
 _LUMA = np.array([0.2126, 0.7152, 0.0722])
 
-_FAINTEST = 1.15
-"""Luminance ratio below which a measured marking is too far gone to paint by: nobody would see its marking points."""
+_FAINTEST = 1.3
+"""Luminance ratio below which fresh paint would hardly show its marking points, let alone worn paint."""
+
+_FRESH = 1.35
+"""How much brighter fresh paint may be than the measured: that is worn, and here wear is drawn by itself."""
+
+_TINT = 0.1
+"""Share by which a channel of white paint may leave its luminance. Measured tints of white are largely those of a
+clipped highlight or of the ground where it happened to lie, and would be wrong on other ground."""
 
 _YELLOW = 0.75
 """Blue over red ratio below which a measured marking counts as yellow."""
@@ -60,26 +67,31 @@ def sample(rng: np.random.Generator, ranges: Ranges, palette: Palette, measured:
     Parameters
     ----------
     measured : tuple of RGB
-        Ratios of the plate's own former markings. Where it had any that can be seen, the ratio is one of theirs,
-        varied within the range they span; the absolute colour is then of the same family.
+        Ratios of the plate's own former markings. Where it had any that stand out, their luminances, and fresh paint's
+        above them, are the range, and one of them gives family and hue; the absolute colour is of the same family.
     """
-    visible = np.array([ratio for ratio in measured if np.dot(_LUMA, ratio) >= _FAINTEST]).reshape(-1, 3)
+    brighter = np.array([ratio for ratio in measured if np.dot(_LUMA, ratio) > 1]).reshape(-1, 3)
     family = weighted(rng, {"white": ranges.white, "yellow": ranges.yellow})
-    own = int(rng.random() * len(visible))
-    if len(visible):
-        family = "yellow" if visible[own][2] < _YELLOW * visible[own][0] else "white"
+    own = int(rng.random() * len(brighter))
+    if len(brighter):
+        family = "yellow" if brighter[own][2] < _YELLOW * brighter[own][0] else "white"
     shade = _shade(rng, getattr(palette, family))
     rgb = np.clip(np.array(shade.rgb) + ranges.spread * rng.uniform(-1, 1, 3), 0, 255)
     # One factor for the coat, a tenth of its spread for each channel: paints differ in depth more than in hue.
     factor = 1 + ranges.ratio_spread * (rng.uniform(-1, 1) + 0.1 * rng.uniform(-1, 1, 3))
-    depth = uniform(rng, ranges.ratio)
-    if len(visible):
-        ratio = np.clip(visible[own] * factor, visible.min(0), visible.max(0))
+    share = rng.random()
+    if len(brighter):
+        luminances = np.maximum(brighter @ _LUMA, _FAINTEST)
+        low, high = luminances.min(), luminances.max() * _FRESH
+        ratio = brighter[own] / (brighter[own] @ _LUMA) * (low + share * (high - low))
     else:
         ratio = np.array(shade.ratio) * factor
         luminance = ratio @ _LUMA
         if not ranges.ratio[0] <= luminance <= ranges.ratio[1]:
-            ratio *= depth / luminance
+            ratio *= (ranges.ratio[0] + share * (ranges.ratio[1] - ranges.ratio[0])) / luminance
+    if family == "white":
+        luminance = ratio @ _LUMA
+        ratio = np.clip(ratio, (1 - _TINT) * luminance, (1 + _TINT) * luminance)
     return Colour(_rgb(rgb), _rgb(np.clip(ratio, 0.05, 20.0)))
 
 
