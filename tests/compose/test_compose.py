@@ -54,6 +54,15 @@ def test_steps_not_listed_are_not_run(plate, layers, monkeypatch):
     np.testing.assert_array_equal(image[:39], plate.image[:39])
 
 
+def test_optics_softens_the_paint_before_it_is_blended(plate, layers):
+    flat = attrs.evolve(plate, image=np.full_like(plate.image, 96))
+    effects = {"markings": (LINE,), "blend": Blend(margin=4)}
+    sharp = run(flat, layers, **effects)[:, 60, 0].astype(int)
+    soft = run(flat, layers, **effects, optics=Optics(((1.2,),)))[:, 60, 0].astype(int)
+    assert np.abs(np.diff(soft)).max() < 0.5 * np.abs(np.diff(sharp)).max()
+    assert soft[44] == pytest.approx(sharp[44], abs=3)
+
+
 def test_there_is_one_rounding_at_the_end(plate):
     dark = run(plate, None, brightness=Brightness(0.3), noise=Noise("gaussian", 0.4, 5))
     rng = np.random.Generator(np.random.PCG64(5))

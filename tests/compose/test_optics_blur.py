@@ -114,6 +114,7 @@ def test_a_varying_blur_widens_as_it_should():
     wanted = (0.5 + 2.0 * (np.arange(300) + 0.5) / 300)[10:-10]
     # A sampled Gaussian of half a pixel is a little narrower than its name.
     assert np.abs(width - wanted).max() < 0.05
+    assert np.abs(width - wanted)[wanted > 1].max() < 0.015
 
 
 def test_paint_does_not_change_its_colour_by_blur():

@@ -79,7 +79,7 @@ def _domain(plate: Plate, decal: _Decal, margin: int) -> np.ndarray:
 
 def _everywhere(plate: Plate, decal: _Decal, values: np.ndarray) -> np.ndarray:
     """Values (P, C) of the painted pixels as a flat picture (H·W, C), 0 elsewhere."""
-    picture = np.zeros((plate.ground.size, values.shape[1]))
+    picture = np.zeros((plate.ground.size, values.shape[1]), values.dtype)
     picture[decal.pixels] = values
     return picture
 
@@ -109,12 +109,13 @@ def _gain(plate: Plate, decal: _Decal, asked: np.ndarray, found: np.ndarray) -> 
     5 % on brick. Alpha times a constant is integrable, so adding it afterwards is the solution for that source.
     """
     side = 2 * round(NEIGHBOURHOOD * plate.frame.scale / 2) + 1
-    weight = decal.alpha[:, None]
-    picture = _everywhere(plate, decal, np.hstack([weight * asked, weight * found]))
-    picture = picture.astype(np.float32).reshape(*plate.ground.shape, 6)
-    near = [cv2.boxFilter(part, -1, (side, side), normalize=False) for part in (picture[..., :3], picture[..., 3:])]
-    sums = [part.reshape(-1, 3)[decal.pixels] for part in near]
-    return sums[0] / sums[1]
+
+    def near(light: np.ndarray) -> np.ndarray:
+        picture = _everywhere(plate, decal, (decal.alpha[:, None] * light).astype(np.float32))
+        sums = cv2.boxFilter(picture.reshape(plate.image.shape), -1, (side, side), normalize=False)
+        return sums.reshape(-1, 3)[decal.pixels]
+
+    return near(asked) / near(found)
 
 
 def _normal(plate: Plate, decal: _Decal, blend: Blend) -> tuple[np.ndarray, np.ndarray]:

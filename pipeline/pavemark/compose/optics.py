@@ -150,7 +150,7 @@ def _over(nodes: np.ndarray, height: int, width: int) -> np.ndarray:
 
 def _mixed(decals: np.ndarray, sigma: np.ndarray) -> np.ndarray:
     least, most = float(sigma.min()), float(sigma.max())
-    levels = np.linspace(least, most, int(np.ceil((most - least) / STEP)) + 1)
+    levels = np.linspace(least, most, int(np.ceil((most - least) / STEP)) + 1).tolist()
     sharper = _blurred(decals, levels[0])
     result = sharper.copy()
     for low, high in itertools.pairwise(levels):
