@@ -15,6 +15,9 @@ _LUMA = np.array([0.2126, 0.7152, 0.0722])
 _FAINTEST = 1.3
 """Luminance ratio below which fresh paint would hardly show its marking points, let alone worn paint."""
 
+_BRIGHTEST = 5.0
+"""Luminance ratio above which a measured marking is taken for glare or a car; fresh white on dark road has 5."""
+
 _FRESH = 1.35
 """How much brighter fresh paint may be than the measured: that is worn, and here wear is drawn by itself."""
 
@@ -67,8 +70,8 @@ def sample(rng: np.random.Generator, ranges: Ranges, palette: Palette, measured:
     Parameters
     ----------
     measured : tuple of RGB
-        Ratios of the plate's own former markings. Where it had any that stand out, their luminances, and fresh paint's
-        above them, are the range, and one of them gives family and hue; the absolute colour is of the same family.
+        Ratios of the plate's own former markings. Where it had any that stand out, the quartiles of their luminance,
+        the upper one freshened, are the range, and one of them gives hue and family, also of the absolute colour.
     """
     brighter = np.array([ratio for ratio in measured if np.dot(_LUMA, ratio) > 1]).reshape(-1, 3)
     family = weighted(rng, {"white": ranges.white, "yellow": ranges.yellow})
@@ -81,8 +84,7 @@ def sample(rng: np.random.Generator, ranges: Ranges, palette: Palette, measured:
     factor = 1 + ranges.ratio_spread * (rng.uniform(-1, 1) + 0.1 * rng.uniform(-1, 1, 3))
     share = rng.random()
     if len(brighter):
-        luminances = np.maximum(brighter @ _LUMA, _FAINTEST)
-        low, high = luminances.min(), luminances.max() * _FRESH
+        low, high = np.clip(np.quantile(brighter @ _LUMA, (0.25, 0.75)) * (1, _FRESH), _FAINTEST, _BRIGHTEST)
         ratio = brighter[own] / (brighter[own] @ _LUMA) * (low + share * (high - low))
     else:
         ratio = np.array(shade.ratio) * factor
