@@ -8,6 +8,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from pavemark import files
 from pavemark.ground import Frame
 from pavemark.layers import Layers, read
 from pavemark.plan import Plan
@@ -17,7 +18,8 @@ from pavemark.scene import Scene
 from .settings import Cycles, Output, Window
 from .stage import Stage
 
-_MEMORY = Path("/dev/shm")
+_MEMORY = Path("/dev/shm") if Path("/dev/shm").is_dir() else Path(tempfile.gettempdir())
+"""Where layers pass from Blender to us: a folder in memory where there is one."""
 
 
 class BlenderRenderer:
@@ -32,6 +34,7 @@ class BlenderRenderer:
     def __init__(self, threads: int = 0) -> None:
         self.version = f"Blender {bpy.app.version_string}"
         self.threads = threads
+        files.sweep(_MEMORY)
         bpy.ops.wm.read_factory_settings(use_empty=True)
         self.target = bpy.context.scene
 
@@ -58,8 +61,10 @@ class BlenderRenderer:
         return Layers(decals)
 
     def _rendered(self, frame: Frame, window: Window) -> Layers:
-        with tempfile.TemporaryDirectory(dir=_MEMORY if _MEMORY.is_dir() else None) as folder:
-            path = Path(folder) / "layers.exr"
+        path = files.aside(_MEMORY / "pavemark-layers.exr")
+        try:
             Output(frame, window, str(path)).apply(self.target)
             bpy.ops.render.render(write_still=True, scene=self.target.name)
             return read(path)
+        finally:
+            path.unlink(missing_ok=True)

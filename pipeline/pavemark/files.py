@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import socket
 from collections.abc import Iterable
@@ -36,32 +37,34 @@ def write(path: Path, data: bytes | str) -> None:
 def write_parts(path: Path, parts: Iterable[bytes]) -> None:
     """As `write`, for a file that need not fit in memory: its parts follow each other."""
     path = Path(path)
-    aside = _aside(path)
+    part = aside(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            with aside.open("wb") as stream:
+            with part.open("wb") as stream:
                 stream.writelines(parts)
                 stream.flush()
                 os.fsync(stream.fileno())
-            aside.replace(path)
+            part.replace(path)
         except BaseException:
-            aside.unlink(missing_ok=True)
+            part.unlink(missing_ok=True)
             raise
     except OSError as error:
         raise InputError(path, f"cannot be written: {error.strerror}") from None
 
 
-def _aside(path: Path) -> Path:
+def aside(path: Path) -> Path:
+    """Where this process writes what is to become `path`, or to be read back once and removed."""
     # Host and process: shards on several machines, containers above all, share process ids and write into one folder.
     return path.with_name(f".{path.name}.{_HOST}.{os.getpid()}.part")
 
 
 def sweep(folder: Path) -> None:
     """Remove from a folder what writers of this host left aside when they were killed."""
-    for aside in Path(folder).glob(f".*.{_HOST}.*.part"):
-        if not _alive(int(aside.name.split(".")[-2])):
-            aside.unlink(missing_ok=True)
+    for part in Path(folder).glob(f".*.{_HOST}.*.part"):
+        if not _alive(int(part.name.split(".")[-2])):
+            with contextlib.suppress(PermissionError):  # in a folder for all, another user's
+                part.unlink(missing_ok=True)
 
 
 def _alive(pid: int) -> bool:

@@ -1,5 +1,9 @@
 """The stage: order of decals, colours, curves to edit, the ground plane, and nothing left behind."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import attrs
 import numpy as np
 import pytest
@@ -15,6 +19,8 @@ bpy = pytest.importorskip("bpy", reason="the bpy wheel is not installed")
 from blender_addon import curves  # noqa: E402 - needs bpy
 from blender_addon.settings import Cycles, Output, Window  # noqa: E402
 from blender_addon.stage import Stage  # noqa: E402
+
+ROOT = Path(__file__).parents[2]
 
 
 def bands(*tones: float, method: str = "normal"):
@@ -124,3 +130,14 @@ def test_the_ground_plane_shows_the_plate_and_both_routes_agree(renderer, frame,
         return 255 * np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 1e-9) ** (1 / 2.4) - 0.055)
 
     assert np.abs(levels(whole) - levels(over)).max() <= 1.0
+
+
+def test_layers_of_a_killed_process_are_swept():
+    """Layers pass through memory; a process killed while it renders leaves some there, the next removes them."""
+    start = "from blender_addon.renderer import BlenderRenderer, _MEMORY; from pavemark import files; "
+    left = 'print(files.aside(_MEMORY / "pavemark-layers.exr"))'
+    where = subprocess.run([sys.executable, "-c", start + left], capture_output=True, text=True, check=True, cwd=ROOT)
+    path = Path(where.stdout.splitlines()[-1])
+    path.write_bytes(b"half")
+    subprocess.run([sys.executable, "-c", start + "BlenderRenderer()"], capture_output=True, check=True, cwd=ROOT)
+    assert not path.exists()
