@@ -24,7 +24,7 @@ def _pictures(fisheye):
 
 
 def test_a_chessboard_comes_back_within_a_pixel():
-    fisheye = Fisheye(2400)
+    fisheye = Fisheye(1600)
     seen_at = {side: stitch.lookup(FRAME, fisheye, mount) for side, mount in mounts(4.4, 1.8).items()}
     view = stitch.stitch(dict(_pictures(fisheye)), seen_at, stitch.sectors(FRAME, EGO))
     x, y = np.moveaxis(FRAME.pixel_centres(), -1, 0)
