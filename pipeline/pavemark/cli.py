@@ -54,6 +54,7 @@ def pavemark() -> None:
 @click.option("--seed", type=int, help="Everything random follows from it.  [0]")
 @click.option("--preset", metavar="NAME", help="default or paper.")
 @click.option("--scale", type=float, metavar="PX/M", help="Pixels per metre of the images.  [60]")
+@click.option("--metres-per-pixel", type=float, metavar="M", help="The same, the other way round.")
 @click.option("--inpainter", metavar="NAME", help="What fills the ground where markings were.")
 @click.option("--set", "settings", metavar="FIELD=VALUE", multiple=True, help="Any other line of a job file.")
 @click.option("--workers", type=click.IntRange(1, 1024), default=_cores, show_default="all cores", help="Processes.")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import importlib.metadata
 import json
 from functools import lru_cache
 from pathlib import Path
@@ -11,7 +12,6 @@ import attrs
 import cv2
 import numpy as np
 import OpenImageIO as oiio
-import patchmatch
 import scipy
 
 from pavemark.background import cache
@@ -33,7 +33,15 @@ SOFT_EDGE = 7 / 60
 """Metres by which the hole is wider than the mask. 4 pixels at 60 a metre clear the paint of an exact mask; hand-drawn
 masks, the dark rims of sharpened video and the colour fringes of its compression reach 3 pixels further."""
 
-_LIBRARIES = (cv2.__version__, patchmatch.__version__, scipy.__version__, np.__version__, oiio.VERSION_STRING)
+
+def _installed(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return ""
+
+
+_LIBRARIES = (cv2.__version__, _installed("PyPatchMatch"), scipy.__version__, np.__version__, oiio.VERSION_STRING)
 
 
 @attrs.frozen

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from types import ModuleType
+
 import numpy as np
-import patchmatch
 
 from pavemark.background.inpainting.source import filled, mirrored, within_margin
+from pavemark.errors import InputError
 
 RADIUS = 5
 """Patches are 11×11 pixels, as wide as the joints of paving. Radius 3 is no faster, radius 7 takes twice the time."""
@@ -27,8 +29,20 @@ class PatchMatch:
         def propose(image: np.ndarray, hole: np.ndarray) -> np.ndarray:
             margin = max(0, (SMALLEST + 1 - min(hole.shape)) // 2)
             source, wanted, forbidden = (mirrored(array, margin) for array in (image, hole, keep_out))
+            patchmatch = _library()
             patchmatch.set_random_seed(SEED)
             result = patchmatch.inpaint(source, wanted, global_mask=forbidden, patch_size=RADIUS)
             return within_margin(result, margin)
 
         return filled(image, hole, keep_out, propose)
+
+
+def _library() -> ModuleType:
+    # A Blender program's Python may have no wheel of it: the other methods are to work there all the same.
+    try:
+        import patchmatch  # noqa: PLC0415
+    except ImportError:
+        raise InputError(
+            "inpainter", "patchmatch needs the package PyPatchMatch; fsr and navier-stokes do not"
+        ) from None
+    return patchmatch
