@@ -1,15 +1,20 @@
-"""What was worked out once is kept: arrays in files named by the hash of all they depend on."""
+"""What was worked out once is kept: arrays in files named by the hash of all they depend on, libraries included."""
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
+import importlib.metadata
 import io
 import os
 import zipfile
 import zlib
 from pathlib import Path
 
+import cv2
 import numpy as np
+import OpenImageIO as oiio
+import scipy
 
 from pavemark.errors import InputError
 from pavemark.files import write
@@ -40,5 +45,17 @@ def store(key: str, **arrays: np.ndarray) -> None:
         write(_path(key), stream.getvalue())
 
 
+def _installed(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return ""
+
+
+_LIBRARIES = repr((cv2.__version__, _installed("PyPatchMatch"), scipy.__version__, np.__version__, oiio.VERSION_STRING))
+_SHELF = hashlib.sha256(_LIBRARIES.encode()).hexdigest()[:12]
+"""Folder of what these versions of the libraries made: others may differ in the last bit."""
+
+
 def _path(key: str) -> Path:
-    return folder() / key[:2] / f"{key}.npz"
+    return folder() / _SHELF / key[:2] / f"{key}.npz"

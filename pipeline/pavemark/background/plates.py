@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
 import json
 from functools import lru_cache
 from pathlib import Path
@@ -11,8 +10,6 @@ from pathlib import Path
 import attrs
 import cv2
 import numpy as np
-import OpenImageIO as oiio
-import scipy
 
 from pavemark.background import cache
 from pavemark.background.ego import ego_car
@@ -34,16 +31,6 @@ SOFT_EDGE = 7 / 60
 masks, the dark rims of sharpened video and the colour fringes of its compression reach 3 pixels further."""
 
 
-def _installed(package: str) -> str:
-    try:
-        return importlib.metadata.version(package)
-    except importlib.metadata.PackageNotFoundError:
-        return ""
-
-
-_LIBRARIES = (cv2.__version__, _installed("PyPatchMatch"), scipy.__version__, np.__version__, oiio.VERSION_STRING)
-
-
 @attrs.frozen
 class _Source:
     """All that a plate is made from."""
@@ -56,7 +43,7 @@ class _Source:
 
     def key(self) -> str:
         """Hash of all that the plate's pixels depend on, the files by their content."""
-        settings = [VERSION, *_LIBRARIES, self.scale, unstructure(self.table), self.method, self.mask is not None]
+        settings = [VERSION, self.scale, unstructure(self.table), self.method, self.mask is not None]
         digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
         for path in (self.image, self.mask):
             if path is not None:

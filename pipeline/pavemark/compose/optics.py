@@ -16,6 +16,9 @@ from pavemark.layers import Layers
 from pavemark.plate import Plate
 from pavemark.scene import Optics
 
+VERSION = 1
+"""Counted up with every change that makes `measure` say something else: what is kept of it is then measured anew."""
+
 NODES = 6
 """Nodes of the measured grid along the longer side."""
 

@@ -11,6 +11,7 @@ import attrs
 import numpy as np
 
 from pavemark import files
+from pavemark.background import cache
 from pavemark.background.contours import areas
 from pavemark.background.plates import make_plate
 from pavemark.compose import optics
@@ -24,6 +25,7 @@ from pavemark.labels.truth import Truth, truth
 from pavemark.layers import Renderer
 from pavemark.plan import plan
 from pavemark.plate import Plate
+from pavemark.randomize.optics import Blur
 from pavemark.randomize.scene import randomize
 from pavemark.records import to_json
 from pavemark.scene import Area
@@ -43,14 +45,14 @@ class Ground:
     ----------
     plate : Plate
     original : tuple of Area
-        Outlines of the markings that the input image had.
-    blur : tuple of tuple of float
-        The picture's own blur, as `Optics.blur`.
+        Outlines of the markings that the input image had; empty where no scene can ask for them.
+    blur : tuple of tuple of float, or None
+        The picture's own blur, as `Optics.blur`; None where no scene can ask for it.
     """
 
     plate: Plate
     original: tuple[Area, ...]
-    blur: tuple[tuple[float, ...], ...]
+    blur: Blur | None
 
 
 @lru_cache(maxsize=4)
@@ -66,7 +68,21 @@ def read_ground(image: Path, mask: Path | None, job: Job) -> Ground:
         plate = make_plate(image, mask, job.pixels_per_metre, job.mask, job.inpainter)
     except InputError as error:
         raise UnusableImage(error.where, error.what) from None
-    return Ground(plate, areas(plate.markings, plate.frame.matrix), optics.measure(plate))
+    original = areas(plate.markings, plate.frame.matrix) if job.layout.original_rate else ()
+    return Ground(plate, original, _blur(plate) if job.optics.rate else None)
+
+
+def _blur(plate: Plate) -> Blur:
+    """The plate's blur, measured once and kept: it takes as long as an image's blend."""
+    digest = hashlib.sha256(f"{optics.VERSION} {plate.frame}".encode())
+    for array in (plate.source, np.packbits(plate.ground)):
+        digest.update(np.ascontiguousarray(array))
+    key = digest.hexdigest()
+    kept = cache.load(key)
+    if kept is None:
+        kept = {"blur": np.array(optics.measure(plate))}
+        cache.store(key, **kept)
+    return tuple(tuple(row) for row in kept["blur"].tolist())
 
 
 def make_image(
