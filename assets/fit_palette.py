@@ -14,6 +14,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from pavemark.colour import to_linear
 from pavemark.files import write
 from pavemark.randomize.palette import Palette, Shade
 from pavemark.records import to_json
@@ -27,12 +28,6 @@ PROVENANCE = (
     "one entry for an image and family, made by assets/fit_palette.py: display RGB, and the ratio of linear-light "
     "reflectance to the ground within 10 px. Parking grounds weigh four times as much as roads. No pixel is contained."
 )
-
-
-def linear(image: np.ndarray) -> np.ndarray:
-    """8-bit display sRGB → linear light, 0 to 1."""
-    value = image / 255.0
-    return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
 
 
 def lines(mask_file: Path) -> np.ndarray:
@@ -58,7 +53,7 @@ def measure(image: np.ndarray, mask: np.ndarray) -> list[tuple[np.ndarray, np.nd
         own = (part == k) & inner & ~car
         beside = widened(part == k, 21) & ~widened(mask, 9) & ~car
         if min(own.sum(), beside.sum()) >= SMALLEST:
-            ratio = np.median(linear(image[own]), 0) / np.median(linear(image[beside]), 0)
+            ratio = np.median(to_linear(image[own]), 0) / np.median(to_linear(image[beside]), 0)
             found.append((np.median(image[own], 0), ratio))
     return found
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
+from pavemark.colour import to_linear
 from pavemark.geometry.outline import outline
 from pavemark.geometry.sheet import COVERAGE, sheet
 from pavemark.ground import Frame
@@ -51,7 +52,7 @@ class Stage:
         """The plate on the ground plane, at true size, showing its own colours."""
         frame = plate.frame
         linear = np.ones((frame.height, frame.width, 4), np.float32)
-        linear[..., :3] = _linear(plate.image)
+        linear[..., :3] = to_linear(plate.image)
         texture = self._keep(sheets.load("Pavemark plate", linear, frame).image)
         material, tree = versions.material("Pavemark ground")
         self._keep(material)
@@ -120,14 +121,8 @@ class Stage:
 
 
 def _emitted(paint: Paint) -> tuple[float, float, float]:
-    red, green, blue = _linear(np.asarray(paint.rgb))
+    red, green, blue = to_linear(np.asarray(paint.rgb))
     return float(red), float(green), float(blue)
-
-
-def _linear(display: np.ndarray) -> np.ndarray:
-    """Display sRGB, 0–255, as linear light 0–1, float64."""
-    share = np.asarray(display, np.float64) / 255
-    return np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
 
 
 def _plane(frame: Frame) -> bpy.types.Mesh:

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from pavemark import cli
-from pavemark.compose.colour import to_linear
+from pavemark.colour import to_linear
 from pavemark.geometry.coverage import coverage
 from pavemark.geometry.outline import outline
 from pavemark.job.worker import serve

@@ -9,7 +9,19 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "pipeline" / "pavemark"
 ALL = [*sorted(PACKAGE.rglob("*.py")), *sorted((ROOT / "blender_addon").rglob("*.py")), ROOT / "render.py"]
 
-FOUNDATION = {"records", "ground", "scene", "plan", "plate", "layers", "files", "errors", "assets", "geometry"}
+FOUNDATION = {
+    "records",
+    "ground",
+    "scene",
+    "plan",
+    "plate",
+    "layers",
+    "files",
+    "errors",
+    "assets",
+    "geometry",
+    "colour",
+}
 MIDDLE = {"background", "randomize", "compose", "labels"}
 LEARNING = {"select", "evaluate", "accuracy"}
 MAY_IMPORT = {
@@ -18,7 +30,7 @@ MAY_IMPORT = {
     "job": FOUNDATION | MIDDLE | LEARNING | {"job"},
     "cli": FOUNDATION | {"job"},
 }
-BLENDER_MAY_IMPORT = {"scene", "ground", "plan", "plate", "layers", "geometry", "files", "errors", "records"}
+BLENDER_MAY_IMPORT = {"scene", "ground", "plan", "plate", "layers", "geometry", "files", "errors", "records", "colour"}
 
 CLOCK = PACKAGE / "job" / "clock.py"
 """The one file that reads a clock."""

@@ -5,8 +5,8 @@ import cv2
 import numpy as np
 import pytest
 
+from pavemark.colour import LINEAR, quantise, to_display, to_linear, within_gamut
 from pavemark.compose import blend
-from pavemark.compose.colour import LINEAR, quantise, to_display, to_linear, within_gamut
 from pavemark.ground import Frame
 from pavemark.layers import Layers
 from pavemark.plate import Plate

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from pavemark.colour import quantise, to_display, to_linear
 from pavemark.compose import brightness, noise
-from pavemark.compose.colour import quantise, to_display, to_linear
 from pavemark.compose.image import compose
 from pavemark.ground import Frame
 from pavemark.layers import Layers

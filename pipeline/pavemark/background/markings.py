@@ -10,7 +10,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from pavemark.background.ratios import LINEAR
+from pavemark.colour import LINEAR
 from pavemark.ground import Frame
 
 FINEST = 60.0
@@ -80,7 +80,7 @@ def find_markings(image: np.ndarray, ground: np.ndarray, frame: Frame) -> np.nda
 
 def _brightness(image: np.ndarray) -> np.ndarray:
     """Log of red and green light, raised where blue lacks: (H, W) float32."""
-    light = LINEAR[image] + np.float32(_FLOOR)
+    light = LINEAR.astype(np.float32)[image] + np.float32(_FLOOR)
     warm = np.log((light[..., 0] + light[..., 1]) / 2)
     return warm + np.float32(YELLOW) * (warm - np.log(light[..., 2]))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from pavemark.colour import LINEAR
 from pavemark.ground import Frame
 from pavemark.scene import RGB
 
@@ -16,10 +17,6 @@ BESIDE = 0.25
 
 DARKEST, BRIGHTEST = 12, 250
 """8-bit levels between which a camera's answer still follows the light."""
-
-_LEVELS = np.arange(256) / 255
-LINEAR = np.where(_LEVELS <= 0.04045, _LEVELS / 12.92, ((_LEVELS + 0.055) / 1.055) ** 2.4).astype(np.float32)
-"""Linear light of each 8-bit sRGB level (IEC 61966-2-1)."""
 
 
 def reflectance_ratios(
@@ -44,7 +41,7 @@ def reflectance_ratios(
         Per channel, one for each 8-connected marking that is large enough and neither saturated nor lost in the dark,
         in the order of their uppermost, then leftmost pixel.
     """
-    linear = LINEAR[image]
+    linear = LINEAR.astype(np.float32)[image]
     usable = ground & (image.max(2) < BRIGHTEST)
     lit = usable & (image.min(2) > DARKEST)
     paint = markings & usable

@@ -11,8 +11,8 @@ import attrs
 import cv2
 import numpy as np
 
+from pavemark.colour import LINEAR, to_display, within_gamut
 from pavemark.compose import poisson
-from pavemark.compose.colour import LINEAR, to_display, within_gamut
 from pavemark.layers import Layers
 from pavemark.plate import Plate
 from pavemark.scene import Blend

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pavemark.compose.colour import within_gamut
+from pavemark.colour import within_gamut
 from pavemark.scene import Brightness
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from pavemark.colour import quantise
 from pavemark.compose import blend, brightness, noise, optics
-from pavemark.compose.colour import quantise
 from pavemark.layers import Layers
 from pavemark.plan import Plan
 from pavemark.plate import Plate

@@ -6,18 +6,9 @@ import numpy as np
 
 
 def to_linear(levels: np.ndarray) -> np.ndarray:
-    """Linear light, 0 to 1, of display levels.
-
-    Parameters
-    ----------
-    levels : ndarray (...) uint8
-        Display sRGB.
-
-    Returns
-    -------
-    ndarray (...) float64
-    """
-    return LINEAR[levels]
+    """Linear light (..., float64), 0 to 1, of display levels (...), 0 to 255, whole or not."""
+    share = np.asarray(levels) / 255
+    return np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
 
 
 def to_display(linear: np.ndarray) -> np.ndarray:
@@ -45,7 +36,6 @@ def quantise(levels: np.ndarray) -> np.ndarray:
     return np.clip(np.rint(levels), 0, 255).astype(np.uint8)
 
 
-_LEVELS = np.arange(256) / 255
-LINEAR = np.where(_LEVELS <= 0.04045, _LEVELS / 12.92, ((_LEVELS + 0.055) / 1.055) ** 2.4)
+LINEAR = to_linear(np.arange(256))
 """Linear light (256,) float64 of each 8-bit display level."""
 LINEAR.setflags(write=False)
