@@ -39,3 +39,7 @@ def quantise(levels: np.ndarray) -> np.ndarray:
 LINEAR = to_linear(np.arange(256))
 """Linear light (256,) float64 of each 8-bit display level."""
 LINEAR.setflags(write=False)
+
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+"""Weights of linear R, G, B (Rec. 709)."""
+LUMINANCE.setflags(write=False)

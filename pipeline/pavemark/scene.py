@@ -195,7 +195,8 @@ class Paint:
     rgb : tuple of float
         Absolute colour, display sRGB, 0–255 (the paper's way).
     ratio : tuple of float
-        The same paint as reflectance ratio to the ground it lies on, linear light, 1 = as the ground.
+        The same paint as reflectance ratio to the ground it lies on, linear light, 1 = as the ground; on ground with a
+        hue of its own (a green floor) to the grey of its luminance.
     opacity : float
         Share of the ground that the paint hides before any wear.
     """

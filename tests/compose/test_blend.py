@@ -5,7 +5,7 @@ import cv2
 import numpy as np
 import pytest
 
-from pavemark.colour import LINEAR, quantise, to_display, to_linear, within_gamut
+from pavemark.colour import LINEAR, LUMINANCE, quantise, to_display, to_linear, within_gamut
 from pavemark.compose import blend
 from pavemark.ground import Frame
 from pavemark.layers import Layers
@@ -180,9 +180,23 @@ def test_paint_taken_to_black_by_dirt_stays_finite():
     assert result[40, 40].max() < 10
 
 
+def test_white_on_a_green_floor_is_white_and_as_bright_as_asked():
+    image = blended(plate((40, 120, 70)), line(6, colour=(2.0, 2.0, 2.0)))
+    found, ground = LINEAR[image[40, 40]], LINEAR[[40, 120, 70]]
+    assert found @ LUMINANCE == pytest.approx(2 * ground @ LUMINANCE, rel=0.05)
+    assert np.abs(np.log(found / (found @ LUMINANCE))).max() < np.log(1.3) + 0.02
+    assert np.abs(np.log(ground / (ground @ LUMINANCE))).max() > np.log(6)
+
+
+def test_coloured_light_colours_the_paint():
+    ground = LINEAR[[130, 120, 108]]
+    image = blended(plate((130, 120, 108)), line(6, colour=(2.0, 2.0, 2.0)))
+    assert LINEAR[image[40, 40]] / ground == pytest.approx([2.0] * 3, rel=0.03)
+
+
 def test_too_much_light_keeps_its_hue():
-    image = blended(plate((200, 150, 100)), line(6, colour=(3.0, 3.0, 3.0)))
-    found, ground = LINEAR[image[40, 40]], LINEAR[[200, 150, 100]]
+    image = blended(plate((200, 190, 180)), line(6, colour=(3.0, 3.0, 3.0)))
+    found, ground = LINEAR[image[40, 40]], LINEAR[[200, 190, 180]]
     assert image[40, 40, 0] == 255
     assert np.abs(found / found[0] - ground / ground[0]).max() < 0.01
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
+from pavemark.colour import LUMINANCE
 from pavemark.randomize.palette import Palette, Shade
 from pavemark.randomize.streams import weighted
 from pavemark.records import interval, within
 from pavemark.scene import RGB
-
-_LUMA = np.array([0.2126, 0.7152, 0.0722])
 
 _FAINTEST = 1.3
 """Luminance ratio below which fresh paint would hardly show its marking points, let alone worn paint."""
@@ -73,7 +72,7 @@ def sample(rng: np.random.Generator, ranges: Ranges, palette: Palette, measured:
         Ratios of the plate's own former markings. Where it had any that stand out, the quartiles of their luminance,
         the upper one freshened, are the range, and one of them gives hue and family, also of the absolute colour.
     """
-    brighter = np.array([ratio for ratio in measured if np.dot(_LUMA, ratio) > 1]).reshape(-1, 3)
+    brighter = np.array([ratio for ratio in measured if np.dot(LUMINANCE, ratio) > 1]).reshape(-1, 3)
     family = weighted(rng, {"white": ranges.white, "yellow": ranges.yellow})
     own = int(rng.random() * len(brighter))
     if len(brighter):
@@ -84,15 +83,15 @@ def sample(rng: np.random.Generator, ranges: Ranges, palette: Palette, measured:
     factor = 1 + ranges.ratio_spread * (rng.uniform(-1, 1) + 0.1 * rng.uniform(-1, 1, 3))
     share = rng.random()
     if len(brighter):
-        low, high = np.clip(np.quantile(brighter @ _LUMA, (0.25, 0.75)) * (1, _FRESH), _FAINTEST, _BRIGHTEST)
-        ratio = brighter[own] / (brighter[own] @ _LUMA) * (low + share * (high - low))
+        low, high = np.clip(np.quantile(brighter @ LUMINANCE, (0.25, 0.75)) * (1, _FRESH), _FAINTEST, _BRIGHTEST)
+        ratio = brighter[own] / (brighter[own] @ LUMINANCE) * (low + share * (high - low))
     else:
         ratio = np.array(shade.ratio) * factor
-        luminance = ratio @ _LUMA
+        luminance = ratio @ LUMINANCE
         if not ranges.ratio[0] <= luminance <= ranges.ratio[1]:
             ratio *= (ranges.ratio[0] + share * (ranges.ratio[1] - ranges.ratio[0])) / luminance
     if family == "white":
-        luminance = ratio @ _LUMA
+        luminance = ratio @ LUMINANCE
         ratio = np.clip(ratio, (1 - _TINT) * luminance, (1 + _TINT) * luminance)
     return Colour(_rgb(rgb), _rgb(np.clip(ratio, 0.05, 20.0)))
 
