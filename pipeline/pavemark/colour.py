@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+CAST = 1.3
+"""How far a channel of a grey ground may leave its luminance by the colour of the light."""
+
 
 def to_linear(levels: np.ndarray) -> np.ndarray:
     """Linear light (..., float64), 0 to 1, of display levels (...), 0 to 255, whole or not."""
@@ -29,6 +32,30 @@ def within_gamut(colour: np.ndarray, most: float) -> np.ndarray:
     colour = np.maximum(colour, 0.0)
     peak = np.maximum(np.maximum(colour[..., 0], colour[..., 1]), colour[..., 2])
     return colour * (most / np.maximum(peak, most))[..., None]
+
+
+def lit_grey(ground: np.ndarray) -> np.ndarray:
+    """What a grey ground of the same luminance would send back in the same light.
+
+    Paint hides a hue of the ground, a green floor or red brick, but not that of the light. Which is which no picture
+    tells; channels within CAST of the luminance are put down to the light, and a stronger hue is cut down to that, in
+    proportion.
+
+    Parameters
+    ----------
+    ground : ndarray (..., 3) float
+        Linear light, above 0.
+
+    Returns
+    -------
+    ndarray (..., 3) float
+        Linear light.
+    """
+    luminance = (ground @ LUMINANCE.astype(ground.dtype))[..., None]
+    tint = np.log(ground / luminance)
+    most = np.log(CAST)
+    kept = np.exp(tint * np.minimum(1.0, most / np.maximum(np.abs(tint).max(-1, keepdims=True), most)))
+    return kept * luminance / (kept @ LUMINANCE.astype(ground.dtype))[..., None]
 
 
 def quantise(levels: np.ndarray) -> np.ndarray:

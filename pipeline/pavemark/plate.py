@@ -32,7 +32,7 @@ class Plate:
     source : ndarray (H, W, 3) uint8
         The input image, for the preview and for re-painting its own markings.
     ratios : tuple of RGB
-        Reflectance ratios (linear light) of the former markings to the ground beside them, one a marking; empty
+        Reflectance ratios, as `pavemark.scene.Paint.ratio`, of the former markings to the ground beside them; empty
         when the image had none.
     """
 

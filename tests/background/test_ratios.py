@@ -81,3 +81,13 @@ def test_real_paint_in_a_dim_garage():
     assert len(ratios) == 5
     assert ratios.min() > 1.3
     assert ratios.max() < 3.3
+
+
+def test_white_on_a_green_floor_is_measured_as_white():
+    image, mask, hole = scene(np.full((200, 240), 0.15), ratio=(2.0, 2.0, 2.0))
+    floor = display(np.array((0.02, 0.2, 0.05)))
+    image[~mask] = floor
+    (ratio,) = reflectance_ratios(image, mask, hole, np.ones_like(mask), FRAME)
+    luminance = 0.3 / (0.2126 * 0.02 + 0.7152 * 0.2 + 0.0722 * 0.05)
+    assert np.dot(ratio, (0.2126, 0.7152, 0.0722)) == pytest.approx(luminance, rel=0.12)
+    assert max(ratio) / min(ratio) < 1.7  # to the floor itself it would be 10

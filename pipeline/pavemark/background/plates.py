@@ -23,7 +23,7 @@ from pavemark.plate import Plate
 from pavemark.records import unstructure
 from pavemark.scene import PlateRef
 
-VERSION = 2
+VERSION = 3
 """Counted up with every change that makes other plates of the same input: plates in the cache are then made anew."""
 
 SOFT_EDGE = 7 / 60

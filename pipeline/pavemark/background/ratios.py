@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from pavemark.colour import LINEAR
+from pavemark.colour import LINEAR, lit_grey
 from pavemark.ground import Frame
 from pavemark.scene import RGB
 
@@ -53,7 +53,7 @@ def reflectance_ratios(
     # A hundredth of the weight: fewer ground pixels than that are too far off to stand for the ground here.
     known = paint & (nearby > 0.01)
     ratio = np.zeros_like(linear)
-    ratio[known] = linear[known] / (beside[known] / nearby[known, None])
+    ratio[known] = linear[known] / lit_grey(beside[known] / nearby[known, None])
 
     _, label, statistics, _ = cv2.connectedComponentsWithStats(markings.astype(np.uint8), connectivity=8)
     core = cv2.erode(markings.astype(np.uint8), np.ones((3, 3), np.uint8), borderType=cv2.BORDER_REPLICATE) > 0

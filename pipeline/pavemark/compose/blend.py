@@ -11,7 +11,7 @@ import attrs
 import cv2
 import numpy as np
 
-from pavemark.colour import LINEAR, LUMINANCE, to_display, within_gamut
+from pavemark.colour import LINEAR, lit_grey, to_display, within_gamut
 from pavemark.compose import poisson
 from pavemark.layers import Layers
 from pavemark.plate import Plate
@@ -28,10 +28,6 @@ BLACKEST = 1e-3
 
 NEIGHBOURHOOD = 0.5
 """Metres a side of the square in which paint keeps the light that its ratio asks for."""
-
-CAST = 1.3
-"""How far a channel of the ground may leave its luminance by the colour of the light; what is beyond is a hue of the
-ground, a green floor or red brick, which paint hides."""
 
 
 @attrs.frozen(eq=False)
@@ -109,17 +105,12 @@ def _reflectance(plate: Plate, decal: _Decal, blend: Blend) -> tuple[np.ndarray,
 def _hue_hidden(plate: Plate, decal: _Decal) -> np.ndarray:
     """Factor (P, 3) on a ratio that takes the ground's own hue out of the paint and leaves luminance as it is.
 
-    A ratio to a green floor would make green paint. The ground's hue, in logarithms and over the neighbourhood, is cut
-    down to what light does to a grey one (CAST).
+    A ratio to a green floor would make green paint. The ground is taken over the neighbourhood.
     """
     side = 2 * round(NEIGHBOURHOOD * plate.frame.scale / 2) + 1
     near = cv2.boxFilter(LINEAR.astype(np.float32)[plate.image], -1, (side, side), borderType=cv2.BORDER_REFLECT)
-    tint = np.log(near.reshape(-1, 3)[decal.pixels].astype(np.float64) + DARKEST)
-    tint -= np.log(np.exp(tint) @ LUMINANCE)[:, None]
-    strength = np.abs(tint).max(1)
-    kept = tint * np.minimum(1.0, np.log(CAST) / np.maximum(strength, np.log(CAST)))[:, None]
-    hidden = np.exp(kept - tint)
-    return hidden / (np.exp(kept) @ LUMINANCE)[:, None]
+    ground = near.reshape(-1, 3)[decal.pixels].astype(np.float64) + DARKEST
+    return lit_grey(ground) / ground
 
 
 def _gain(plate: Plate, decal: _Decal, asked: np.ndarray, found: np.ndarray) -> np.ndarray:
