@@ -11,7 +11,7 @@ import pytest
 from pavemark.ground import Frame
 from pavemark.layers import read
 from pavemark.plan import plan
-from pavemark.scene import Area, Blend, Marking, Paint, Stroke
+from pavemark.scene import Area, Blend, Curvature, Marking, Paint, Stroke
 from scenes import plate, row
 
 bpy = pytest.importorskip("bpy", reason="the bpy wheel is not installed")
@@ -141,3 +141,16 @@ def test_layers_of_a_killed_process_are_swept():
     path.write_bytes(b"half")
     subprocess.run([sys.executable, "-c", start + "BlenderRenderer()"], capture_output=True, check=True, cwd=ROOT)
     assert not path.exists()
+
+
+def test_beside_every_decal_lie_its_curves_unbent_and_out_of_the_render():
+    scene = row(plate(), n=2, curvature=Curvature(150, 0.4, 1))
+    stage = Stage(bpy.context.scene)
+    stage.markings(scene, plan(scene))
+    drawn = {shown.type: shown for shown in stage.collection.objects}
+    read = curves.read_strokes(drawn["CURVE"].data)
+    hidden, rendered = drawn["CURVE"].hide_render, not drawn["MESH"].hide_render
+    stage.clear()
+    assert hidden and rendered
+    assert len(read) == len(scene.markings[0].strokes)
+    assert all(np.allclose(a.path, b.path, atol=1e-6) for a, b in zip(read, scene.markings[0].strokes, strict=True))
