@@ -39,10 +39,15 @@ def _cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.group(
+    invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}
+)
 @click.version_option(__version__, prog_name="pavemark")
-def pavemark() -> None:
+@click.pass_context
+def pavemark(context: click.Context) -> None:
     """Synthetic around-view-monitor images with exact parking-slot labels."""
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
 
 
 @pavemark.command("render")

@@ -8,6 +8,7 @@ from __future__ import annotations
 import difflib
 import json
 import math
+import reprlib
 import types
 import typing
 from pathlib import Path
@@ -69,10 +70,10 @@ def _flat(value: Any):
 def _number(value: Any, kind: type) -> Any:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ValueError(f"{value!r} is not a number")
-    if kind is int and value != int(value):
-        raise ValueError(f"{value!r} is not a whole number")
     if not math.isfinite(value):
         raise ValueError(f"{value!r} is not a finite number")
+    if kind is int and value != int(value):
+        raise ValueError(f"{value!r} is not a whole number")
     return kind(value)
 
 
@@ -82,16 +83,24 @@ def _exact(value: Any, kind: type) -> Any:
     return value
 
 
+def _table(cls: type, converter: Converter):
+    fill = make_dict_structure_fn(cls, converter, _cattrs_forbid_extra_keys=True)
+
+    def structured(value: Any, kind: type) -> Any:
+        if not isinstance(value, dict):
+            raise ValueError(f"{reprlib.repr(value)} is not a table of fields")
+        return fill(value, kind)
+
+    return structured
+
+
 def _converter() -> Converter:
     converter = Converter(forbid_extra_keys=True, detailed_validation=True)
     for kind in (int, float):
         converter.register_structure_hook(kind, lambda value, _, kind=kind: _number(value, kind))
     for kind in (str, bool):
         converter.register_structure_hook(kind, lambda value, _, kind=kind: _exact(value, kind))
-    converter.register_structure_hook_factory(
-        attrs.has,
-        lambda cls: make_dict_structure_fn(cls, converter, _cattrs_forbid_extra_keys=True),
-    )
+    converter.register_structure_hook_factory(attrs.has, lambda cls: _table(cls, converter))
     converter.register_unstructure_hook_factory(
         attrs.has,
         lambda cls: make_dict_unstructure_fn(cls, converter, _cattrs_omit_if_default=True),
@@ -176,7 +185,10 @@ def from_json(cls: type[T], path: Path) -> T:
         raise ValueError(f"{constant} is not a finite number")
 
     try:
-        data = json.loads(Path(path).read_text(encoding="utf-8"), parse_constant=refuse)
-    except (OSError, ValueError, RecursionError) as error:
+        # Editors of some systems put a byte order mark before the text.
+        data = json.loads(Path(path).read_text(encoding="utf-8-sig"), parse_constant=refuse)
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}") from None
+    except (ValueError, RecursionError) as error:
         raise InputError(path, f"not a JSON file: {error}") from None
     return structure(cls, data, path)

@@ -1,3 +1,4 @@
+import os
 import struct
 import zlib
 from pathlib import Path
@@ -49,6 +50,12 @@ def test_text_is_not_an_image(tmp_path):
     path = tmp_path / "a.png"
     path.write_text("hello")
     assert "not an image" in refused(read_image, path)
+
+
+def test_a_name_that_is_not_text_is_refused(tmp_path):
+    path = saved(tmp_path / "a.png", RGB)
+    odd = path.rename(tmp_path / os.fsdecode(b"\xff.png"))
+    assert "not UTF-8" in refused(read_image, odd)
 
 
 def test_a_missing_file_is_named(tmp_path):
@@ -115,7 +122,7 @@ def test_a_mask_of_three_equal_channels_is_read(tmp_path):
 @pytest.mark.parametrize(
     ("pixels", "told"),
     [
-        (MASK * 255, "mask value 255: allowed are 0 (ground), 1 (marking)"),
+        (MASK * 255, "mask value 255: allowed are 0 (ground), 1 (marking); others need a [mask] table"),
         (MASK[:-1], "mask is 60×39 pixels: its image is 60×40"),
         (MASK.astype(np.uint16), "16 bits a value"),
         (RGB, "colours"),

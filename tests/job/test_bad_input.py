@@ -49,7 +49,10 @@ def refused(capfd, *words):
         ("formats = ['dmpr', 'voc']", r"formats = 'voc': allowed dmpr, ps2, coco, yolo"),
         ("formats = ['dmpr', 'dmpr']", r"formats = .*: each format once is allowed"),
         ("images = 3", r"images: 3 is not a str"),
-        ("noise = 3", r"noise: "),
+        ("noise = 3", r"noise: 3 is not a table of fields"),
+        ("mask = 'masks'", r"mask: 'masks' is not a table of fields"),
+        ("count = inf", r"count: inf is not a finite number"),
+        (f"seed = {'9' * 5000}", r"not a TOML file: "),
         ("[mask]\nmarking = [300]", r"mask: marking = 300: allowed 0 to 255"),
         ("what is this", r"not a TOML file: "),
         ("\0", r"not a TOML file: "),
@@ -81,6 +84,12 @@ SHARD = "allowed is K/N with K from 0 to N - 1, such as 3/16"
         ),
         (["--shard", "x"], "Invalid value for '--shard': 'x': allowed is K/N with K from 0 to N - 1, such as 3/16"),
         (["--workers", "0"], "Invalid value for '--workers': 0 is not in the range 1<=x<=1024."),
+        (
+            ["--set", f"seed = {'9' * 5000}"],
+            f"--set: 'seed = {'9' * 5000}': allowed is a line of a job file, like 'noise.rate = 0.2' (Exceeds the limit"
+            " (4300 digits) for integer string conversion: value has 5000 digits; use sys.set_int_max_str_digits() to"
+            " increase the limit)",
+        ),
         (["--set", "noise.rate = 7"], "command line: noise: rate = 7.0: allowed 0 to 1"),
     ],
 )
@@ -88,6 +97,23 @@ def test_options(inputs, tmp_path, capfd, words, told):
     said = refused(capfd, "render", "--images", inputs / "images", "--out", tmp_path / "out", *words)
     assert said == told
     assert not (tmp_path / "out").exists()
+
+
+def test_text_files_with_a_byte_order_mark_and_windows_line_ends(tmp_path, capfd):
+    job = tmp_path / "job.toml"
+    job.write_bytes(b"\xef\xbb\xbfimages = 'none'\r\nseed = 3\r\n")
+    assert "none: cannot be listed" in refused(capfd, "render", job, "--out", tmp_path / "out")
+    scene = tmp_path / "scene.json"
+    scene.write_bytes(b"\xef\xbb\xbf" + json.dumps(SCENE).encode())
+    assert cli.explain(scene)
+
+
+def test_without_a_command_it_shows_the_help(capfd):
+    with pytest.raises(SystemExit) as left:
+        cli.main([], [])
+    said = capfd.readouterr()
+    assert left.value.code == 0
+    assert said.err == "" and "\n  render " in said.out
 
 
 def test_commands_and_missing_words(inputs, tmp_path, capfd):
@@ -116,6 +142,40 @@ def test_output(inputs, tmp_path, capfd):
     assert refused(capfd, *job, tmp_path / "file") == f"{tmp_path / 'file'}: is a file: a folder is allowed"
     assert "cannot be written" in refused(capfd, *job, tmp_path / "file" / "below")
     assert "cannot be written" in refused(capfd, *job, "/proc/here")
+
+
+def test_inputs_and_strangers_are_not_written_over(inputs, tmp_path, capfd):
+    home = tmp_path / "home"
+    (home / "images").mkdir(parents=True)
+    shutil.copy(inputs / "images" / "a.png", home / "images" / "000000.png")
+    before = (home / "images" / "000000.png").read_bytes()
+    job = ("render", "--images", home / "images", "--count", "1", "--workers", "1", "--scale", "12", "--out")
+    assert f"{home}: has files in images and no job.json" in refused(capfd, *job, home)
+    assert "is the folder of the inputs" in refused(capfd, *job, home / "images")
+    assert [path.name for path in home.rglob("*")] == ["images", "000000.png"]
+    assert (home / "images" / "000000.png").read_bytes() == before
+
+
+def test_a_dataset_without_its_record_is_not_taken_for_another(arguments, tmp_path, capfd):
+    out = tmp_path / "out"
+    assert pavemark(*arguments, "--count", "1", "--out", out).returncode == 0
+    (out / "job.json").unlink()
+    said = refused(capfd, *arguments, "--count", "1", "--seed", "8", "--out", out)
+    assert "and no job.json that tells of them: use another folder" in said
+
+
+def test_an_input_that_changed_is_not_mixed_with_what_it_was(inputs, arguments, tmp_path, capfd):
+    images = tmp_path / "images"
+    shutil.copytree(inputs / "images", images)
+    job = (*arguments, "--images", images, "--out", tmp_path / "out", "--count")
+    assert pavemark(*job, "3").returncode == 0
+    shutil.copy(images / "b.png", images / "a.png")
+    said = refused(capfd, *job, "6")
+    assert said.startswith(f"{images / 'a.png'}: it or its mask has changed since images were made of it")
+    shutil.copy(inputs / "images" / "a.png", images / "a.png")
+    assert pavemark(*job, "6").returncode == 0
+    rows = [json.loads(line) for line in (tmp_path / "out" / "manifest.jsonl").read_text().splitlines()]
+    assert len(rows) == 6 and len({row["plate"] for row in rows}) == 3
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
@@ -214,7 +274,10 @@ SCENE = {"index": 1, "plate": {"name": "a", "sha256": "0" * 64}}
         ('{"index": 1, "brightness": {"factor": NaN}}', "NaN is not a finite number"),
         ("[" * 100_000, "not a JSON file"),
         ("\0\xff", "not a JSON file"),
-        ("3", ""),
+        ("3", "3 is not a table of fields"),
+        (SCENE | {"markings": "ab"}, "markings[0]: 'a' is not a table of fields"),
+        (SCENE | {"index": float("inf")}, "Infinity is not a finite number"),
+        ('{"index": 1e999}', "index: inf is not a finite number"),
     ],
 )
 def test_scene_file(tmp_path, capfd, scene, told):
@@ -225,7 +288,8 @@ def test_scene_file(tmp_path, capfd, scene, told):
 
 
 def test_explain_and_preview_without_their_files(tmp_path, capfd):
-    assert "No such file" in refused(capfd, "explain", tmp_path / "none.json")
+    none = tmp_path / "none.json"
+    assert refused(capfd, "explain", none) == f"{none}: cannot be read: No such file or directory"
     assert "directory" in refused(capfd, "explain", tmp_path)
     assert "cannot be read: No such file" in refused(capfd, "preview", tmp_path / "none")
 

@@ -128,8 +128,11 @@ def read_mask(path: Path, table: MaskTable, shape: tuple[int, int]) -> Classes:
     ground = marking | np.isin(values, (0,) if table.ground is None else table.ground)
     if table.ground is None and not ground.all():
         known = ", ".join(map(str, table.marking))
+        other = values[~ground].min()
         raise InputError(
-            path, f"mask value {values[~ground].min()}: allowed are 0 (ground), {known} (marking) and what [mask] names"
+            path,
+            f"mask value {other}: allowed are 0 (ground), {known} (marking); "
+            f"others need a [mask] table in the job file, such as marking = [{other}] or ground = [0]",
         )
     return Classes(marking, ground)
 
@@ -140,7 +143,10 @@ def _pixels(path: Path) -> np.ndarray:
     data = _bytes(path)
     if data.startswith(_PNG) and not _whole(data):
         raise InputError(path, "image is truncated or damaged: a whole file is allowed")
-    source = oiio.ImageInput.open(str(path))
+    try:
+        source = oiio.ImageInput.open(str(path))
+    except TypeError:
+        raise InputError(path, "its name is not UTF-8, which OpenImageIO asks for") from None
     if source is None:
         raise InputError(path, f"not an image: {_line(oiio.geterror())}")
     spec = source.spec()

@@ -60,6 +60,10 @@ class Folder:
         done = set(there).intersection(*(_numbers(self.out / folder, suffix) for _, folder, suffix in self._kinds()))
         return {number: there[number] for number in sorted(done)}
 
+    def taken(self) -> list[str]:
+        """The folders in which there are files, whosever they are."""
+        return [folder for _, folder, _ in self._kinds() if _holds_files(self.out / folder)]
+
     def sweep(self) -> None:
         """Remove what killed processes left half-written."""
         for folder in (".", *(folder for _, folder, _ in self._kinds())):
@@ -69,12 +73,36 @@ class Folder:
 _SUFFIXES = {"dmpr": ".json", "ps2": ".mat", "yolo": ".txt"}
 
 
+def _holds_files(folder: Path) -> bool:
+    if not folder.is_dir():
+        return False
+    with os.scandir(folder) as listing:
+        return any(not entry.name.startswith(".") for entry in listing)
+
+
 def _numbers(folder: Path, suffix: str) -> set[int]:
     if not folder.is_dir():
         return set()
     with os.scandir(folder) as listing:
         names = [entry.name.removesuffix(suffix) for entry in listing if entry.name.endswith(suffix)]
     return {int(name) for name in names if name.isascii() and name.isdigit()}
+
+
+def spare(folder: Folder, job: Job) -> None:
+    """Hold that nothing but images of a job would be written over, the inputs least of all.
+
+    Raises
+    ------
+    InputError
+        When the folder is that of the inputs, or has no job.json and yet files where images of a job would go.
+    """
+    out = folder.out
+    if out.resolve() in {Path(inputs).resolve() for inputs in (job.images, job.masks) if inputs is not None}:
+        raise InputError(out, "is the folder of the inputs: another folder is allowed")
+    # Listed first: another shard that starts now writes job.json before its first image.
+    taken = folder.taken()
+    if taken and not (out / RECORD).exists():
+        raise InputError(out, f"has files in {', '.join(taken)} and no {RECORD} that tells of them: use another folder")
 
 
 def claim(out: Path, job: Job, inputs: Iterable[Entry]) -> None:

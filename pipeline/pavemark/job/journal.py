@@ -6,7 +6,7 @@ import fcntl
 import json
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -133,6 +133,12 @@ def versions(out: Path) -> list[dict[str, str]]:
             if match := _LINE.fullmatch(stream.readline()):
                 found.append(json.loads(match[2])["versions"])
     return found
+
+
+def plates(finished: Iterable[Entry]) -> dict[str, str]:
+    """The hash of the plate that each input gave, by the input's name."""
+    rows = (json.loads(entry.read()[0]) for entry in finished)
+    return {row["input"]: row["plate"] for row in rows}
 
 
 def newest(out: Path) -> int:

@@ -7,6 +7,7 @@ import signal
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import attrs
 
@@ -16,7 +17,7 @@ from pavemark.job import journal
 from pavemark.job.config import Job
 from pavemark.job.crew import Answer, Crew, Task
 from pavemark.job.dataset import join
-from pavemark.job.folder import Folder, claim
+from pavemark.job.folder import Folder, claim, spare
 from pavemark.job.journal import Journal, Shard
 from pavemark.job.order import place
 from pavemark.job.progress import Progress
@@ -73,6 +74,7 @@ def run(job: Job, out: Path, shard: Shard, machine: Machine, progress: Progress)
     entries, unmatched = index(Path(job.images), None if job.masks is None else Path(job.masks))
     if out.exists() and not out.is_dir():
         raise InputError(out, "is a file: a folder is allowed")
+    spare(Folder.of(out, job), job)
     with Journal(out, shard) as kept:
         claim(out, job, entries)
         folder = Folder.of(out, job)
@@ -83,7 +85,7 @@ def run(job: Job, out: Path, shard: Shard, machine: Machine, progress: Progress)
             progress.tell(f"left out: {len(unmatched) - UNMATCHED} more without a partner of their name")
         done = folder.finished()
         missing = [number for number in shard.numbers(job.count) if number not in done]
-        run = Run(job, folder, entries, kept, progress)
+        run = Run(job, folder, entries, kept, progress, journal.plates(done.values()) if missing else {})
         with progress.of(len(missing)):
             run.make(missing, machine)
         join(folder)
@@ -100,6 +102,7 @@ class Run:
     entries: tuple[Entry, ...]
     kept: Journal
     progress: Progress
+    plates: dict[str, str]
     made: int = 0
     failed: int = 0
     left_out: int = 0
@@ -135,6 +138,7 @@ class Run:
     def _take(self, answer: Answer) -> None:
         number, message = answer.task.index, answer.message
         if answer.say == "done":
+            self._hold_plate(message["row"])
             self.kept.append(number, message["row"], message["coco"])
             self.made += 1
             self.progress.step(lacking=False)
@@ -155,6 +159,13 @@ class Run:
     def _leave_out(self) -> None:
         self.left_out += 1
         self.progress.step(lacking=True)
+
+    def _hold_plate(self, row: dict[str, Any]) -> None:
+        if self.plates.setdefault(row["input"], row["plate"]) != row["plate"]:
+            raise InputError(
+                Path(self.job.images) / row["input"],
+                "it or its mask has changed since images were made of it: put it back, or use another output folder",
+            )
 
     def _hold_against(self, there: list[dict[str, str]], here: dict[str, str]) -> None:
         for before in there:
