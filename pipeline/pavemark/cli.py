@@ -11,7 +11,7 @@ from pathlib import Path
 import click
 
 from pavemark import __version__
-from pavemark.errors import InputError
+from pavemark.errors import InputError, one_line
 from pavemark.job.config import merge, read, setting
 from pavemark.job.explain import explain, explain_json
 from pavemark.job.journal import Shard
@@ -151,5 +151,5 @@ def _said(error: click.ClickException) -> str:
 
 
 def _refuse(message: str) -> int:
-    print("error:", " ".join(message.split()), file=sys.stderr)
+    print("error:", one_line(" ".join(message.split())), file=sys.stderr)
     return BAD_INPUT

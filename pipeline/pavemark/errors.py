@@ -16,3 +16,8 @@ class InputError(Exception):
         super().__init__(f"{where}: {what}")
         self.where = str(where)
         self.what = what
+
+
+def one_line(text: str) -> str:
+    """Text as a terminal may safely be told: what is not printable, as in a hostile file name, is spelled out."""
+    return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in text)

@@ -26,7 +26,9 @@ _NAME = re.compile(r"[^/\\\x00-\x1f]{1,200}")
 def plain_name(instance: object, attribute: attrs.Attribute, value: str) -> None:
     """Validator: a file's stem that cannot leave its folder."""
     if not _NAME.fullmatch(value) or value.startswith(".") or ".." in value or ":" in value:
-        raise ValueError(f"{attribute.name} = {value!r}: a plain name without path is allowed")
+        raise ValueError(
+            f"{attribute.name} = {value!r}: a plain name without path, colon, '..' or first dot is allowed"
+        )
 
 
 def _hash(instance: object, attribute: attrs.Attribute, value: str) -> None:

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 
+from pavemark.errors import one_line
 from pavemark.job.clock import now
 
 EVERY = 5.0
@@ -48,7 +49,7 @@ class Quiet:
         pass
 
     def tell(self, line: str) -> None:
-        print(line, file=sys.stderr, flush=True)
+        print(one_line(line), file=sys.stderr, flush=True)
 
     def end(self, line: str) -> None:
         pass
