@@ -79,6 +79,13 @@ def test_any_frame_gives_scenes(name):
         assert with_slots > 10  # narrow or small, but some rows fit
 
 
+def test_parallel_slots_are_as_common_as_in_real_images():
+    scenes = [randomize(FULL, index, 4, DEFAULT) for index in range(300)]
+    kinds = [scene.slots[0].kind for scene in scenes if scene.slots]
+    # 3,490 of the 6,422 real images whose first slot is right-angled: 54 %.
+    assert 0.42 < kinds.count("parallel") / (len(kinds) - kinds.count("slanted")) < 0.6
+
+
 @given(seeds, st.sampled_from(sorted(PLATES)), st.sampled_from([DEFAULT, PAPER]))
 @settings(max_examples=150, deadline=None)
 def test_geometry(seed, name, domains):

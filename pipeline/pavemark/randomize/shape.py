@@ -45,8 +45,8 @@ class Ranges:
         Metres by which it then runs on.
     """
 
-    perpendicular: float = attrs.field(default=0.5, validator=_weight)
-    parallel: float = attrs.field(default=0.3, validator=_weight)
+    perpendicular: float = attrs.field(default=0.4, validator=_weight)
+    parallel: float = attrs.field(default=0.4, validator=_weight)
     slanted: float = attrs.field(default=0.2, validator=_weight)
     closed: float = attrs.field(default=0.2, validator=_weight)
     half_closed: float = attrs.field(default=0.35, validator=_weight)

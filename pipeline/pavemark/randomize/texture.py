@@ -33,10 +33,10 @@ class WearRanges:
     """Paint rubbed off, as `pavemark.scene.Wear`; the amounts follow the age."""
 
     rate: float = attrs.field(default=0.8, validator=within(0.0, 1.0))
-    amount: tuple[float, float] = attrs.field(default=(0.0, 0.35), validator=interval(0.0, 1.0))
+    amount: tuple[float, float] = attrs.field(default=(0.0, 0.15), validator=interval(0.0, 1.0))
     edge: tuple[float, float] = attrs.field(default=(0.01, 0.04), validator=interval(0.001, 1.0))
-    edge_amount: tuple[float, float] = attrs.field(default=(0.05, 0.4), validator=interval(0.0, 1.0))
-    tyre_amount: tuple[float, float] = attrs.field(default=(0.05, 0.4), validator=interval(0.0, 1.0))
+    edge_amount: tuple[float, float] = attrs.field(default=(0.0, 0.25), validator=interval(0.0, 1.0))
+    tyre_amount: tuple[float, float] = attrs.field(default=(0.0, 0.3), validator=interval(0.0, 1.0))
     size: tuple[float, float] = attrs.field(default=(0.02, 0.4), validator=interval(0.005, 2.0))
 
 
@@ -46,7 +46,7 @@ class ChipsRanges:
 
     rate: float = attrs.field(default=0.4, validator=within(0.0, 1.0))
     size: tuple[float, float] = attrs.field(default=(0.01, 0.06), validator=interval(0.005, 1.0))
-    share: tuple[float, float] = attrs.field(default=(0.02, 0.15), validator=interval(0.0, 1.0))
+    share: tuple[float, float] = attrs.field(default=(0.01, 0.06), validator=interval(0.0, 1.0))
 
 
 @attrs.frozen
