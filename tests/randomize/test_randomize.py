@@ -244,6 +244,13 @@ def test_yellow_plates_get_yellow_paint():
     assert np.mean([paint.rgb[2] < 0.9 * paint.rgb[0] for paint in paints]) > 0.9
 
 
+def test_a_red_car_or_floor_lends_no_paint_its_colour():
+    on = attrs.evolve(FULL, ratios=((1.8, 1.8, 1.75), (6.0, 0.6, 0.5), (2.4, 1.2, 1.5)))
+    drawn = [m.paint.ratio for index in range(60) for m in randomize(on, index, 2, DEFAULT).markings]
+    assert all(green > 0.75 * red for red, green, _ in drawn)
+    assert len(drawn) > 50
+
+
 def test_original_markings_are_painted_again():
     area = Area(((1.0, 1.0), (2.0, 1.0), (2.0, 1.2), (1.0, 1.2)))
     layout = attrs.evolve(DEFAULT.layout, original_rate=1.0, empty_rate=0.0)

@@ -27,6 +27,9 @@ clipped highlight or of the ground where it happened to lie, and would be wrong 
 _YELLOW = 0.75
 """Blue over red ratio below which a measured marking counts as yellow."""
 
+_REDDEST = 0.65
+"""Green over red ratio below which a measured marking is a lamp, a car or a red floor; yellow paint has 0.75 to 1.15."""
+
 
 @attrs.frozen
 class Ranges:
@@ -69,10 +72,12 @@ def sample(rng: np.random.Generator, ranges: Ranges, palette: Palette, measured:
     Parameters
     ----------
     measured : tuple of RGB
-        Ratios of the plate's own former markings. Where it had any that stand out, the quartiles of their luminance,
-        the upper one freshened, are the range, and one of them gives hue and family, also of the absolute colour.
+        Ratios of the plate's own former markings. Where it had any that stand out and are not red, the quartiles of
+        their luminance, the upper one freshened, are the range, and one of them gives hue and family, also of the
+        absolute colour.
     """
-    brighter = np.array([ratio for ratio in measured if np.dot(LUMINANCE, ratio) > 1]).reshape(-1, 3)
+    paint = [ratio for ratio in measured if np.dot(LUMINANCE, ratio) > 1 and ratio[1] > _REDDEST * ratio[0]]
+    brighter = np.array(paint).reshape(-1, 3)
     family = weighted(rng, {"white": ranges.white, "yellow": ranges.yellow})
     own = int(rng.random() * len(brighter))
     if len(brighter):
