@@ -35,6 +35,15 @@ class _Shard(click.ParamType):
         return Shard(int(part), int(parts))
 
 
+class _Folder(click.Path):
+    """A path that was given: an unset variable of a shell script is not the working directory."""
+
+    def convert(self, value, param, ctx):
+        if not str(value):
+            self.fail("it is empty: a folder is needed", param, ctx)
+        return super().convert(value, param, ctx)
+
+
 def _cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -52,9 +61,9 @@ def pavemark(context: click.Context) -> None:
 
 @pavemark.command("render")
 @click.argument("job_file", metavar="[JOB.toml]", required=False, type=click.Path(path_type=Path))
-@click.option("--images", metavar="DIR", help="Folder of real AVM images.")
-@click.option("--masks", metavar="DIR", help="Folder of their marking masks: PNGs of the same names.")
-@click.option("--out", metavar="DIR", required=True, type=click.Path(path_type=Path), help="Where the dataset goes.")
+@click.option("--images", metavar="DIR", type=_Folder(), help="Folder of real AVM images.")
+@click.option("--masks", metavar="DIR", type=_Folder(), help="Folder of their marking masks: PNGs of the same names.")
+@click.option("--out", metavar="DIR", required=True, type=_Folder(path_type=Path), help="Where the dataset goes.")
 @click.option("--count", type=int, help="Images to make.  [200]")
 @click.option("--seed", type=int, help="Everything random follows from it.  [0]")
 @click.option("--preset", metavar="NAME", help="default or paper.")

@@ -228,3 +228,11 @@ def test_blending_leaves_its_input_alone_and_repeats_to_the_bit():
     np.testing.assert_array_equal(first, second)
     np.testing.assert_array_equal(on.image, before[0])
     np.testing.assert_array_equal(layers.decals, before[1])
+
+
+@pytest.mark.parametrize("method", ["reflectance", "normal", "mixed", "alpha"])
+def test_paint_all_over_is_the_plain_composite(method):
+    tone = np.array((120, 120, 120))
+    image = blended(plate(tone), line(SIZE, method), method=method)
+    asked = LINEAR[tone] * RATIO if method == "reflectance" else LINEAR[list(RGB)]
+    assert np.abs(image - to_display(np.asarray(asked))).max() <= 1

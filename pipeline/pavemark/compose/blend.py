@@ -2,7 +2,8 @@
 
 All Poisson methods solve on the marking widened by a margin, with the plate as boundary. They differ in the gradient
 that is wanted along a link of neighbouring pixels. Where what stands on the ground cuts a marking, that gradient is
-the plain composite's, so that nothing bleeds from a car into the paint.
+the plain composite's, so that nothing bleeds from a car into the paint. Where paint leaves no pixel of the plate to
+hold on to, the plain composite is the answer.
 """
 
 from __future__ import annotations
@@ -91,13 +92,15 @@ def _reflectance(plate: Plate, decal: _Decal, blend: Blend) -> tuple[np.ndarray,
     ground = _LOG[plate.image].reshape(-1, 3)
     ratio = np.maximum(decal.colour * _hue_hidden(plate, decal) + (1 - decal.alpha)[:, None], BLACKEST)
     paint = _everywhere(plate, decal, np.log(ratio))
+    asked = paint[decal.pixels] + ground[decal.pixels]
+    if domain.all():
+        return decal.pixels, to_display(within_gamut(np.exp(asked) - DARKEST, 1.0))
     alpha = _everywhere(plate, decal, decal.alpha[:, None])
     hidden = (1 - blend.ground_texture) * np.minimum(alpha[a], alpha[b])
     guidance = paint[b] - paint[a] + (1 - hidden) * (ground[b] - ground[a])
     solved = poisson.solve(domain, a, b, guidance, ground.reshape(plate.image.shape))
     pixels = np.flatnonzero(domain)
     under = (np.cumsum(domain) - 1)[decal.pixels]
-    asked = paint[decal.pixels] + ground[decal.pixels]
     solved[under] += decal.alpha[:, None] * np.log(_gain(plate, decal, np.exp(asked), np.exp(solved[under])))
     return pixels, to_display(within_gamut(np.exp(solved) - DARKEST, 1.0))
 
@@ -146,6 +149,8 @@ def _mixed(plate: Plate, decal: _Decal, blend: Blend) -> tuple[np.ndarray, np.nd
 def _seamless(plate: Plate, decal: _Decal, blend: Blend, wanted) -> tuple[np.ndarray, np.ndarray]:
     """Poisson editing of display levels with absolute colours (Pérez, Gangnet, Blake 2003, Eq. 9 to 13)."""
     domain = _domain(plate, decal, blend.margin)
+    if domain.all():
+        return _alpha(plate, decal, blend)
     a, b = poisson.links(domain)
     ground = plate.image.reshape(-1, 3).astype(np.float64)
     colour = _absolute(decal)
