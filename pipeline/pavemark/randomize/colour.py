@@ -28,7 +28,7 @@ _YELLOW = 0.75
 """Blue over red ratio below which a measured marking counts as yellow."""
 
 _REDDEST = 0.65
-"""Green over red ratio below which a measured marking is a lamp, a car or a red floor; yellow paint has 0.75 and more."""
+"""Green over red ratio below which a measured marking is a lamp, a car or a red floor; yellow paint has over 0.7."""
 
 
 @attrs.frozen
