@@ -18,6 +18,8 @@ try:
 except ModuleNotFoundError as error:
     print(f"error: {error.name} is missing: {sys.executable} -m pip install {SCRIPT.parent}", file=sys.stderr)
     sys.exit(2)
+except KeyboardInterrupt:
+    sys.exit(130)
 
 
 def renderer():
