@@ -102,10 +102,14 @@ def clamp(value: Value, low: Value | float = 0.0, high: Value | float = 1.0) -> 
 
 def ramp(value: Value, low: Value | float, high: Value | float) -> Value:
     """0 below `low`, 1 above `high`, smooth between."""
-    made = node(
-        value.tree,
-        "ShaderNodeMapRange",
-        {"Value": value, "From Min": low, "From Max": high},
-        interpolation_type="SMOOTHSTEP",
-    )
-    return output(made, "Result")
+    return _mapped(value, low, high, "SMOOTHSTEP")
+
+
+def smooth(value: Value, low: Value | float, high: Value | float) -> Value:
+    """As `ramp`, with a curve that also begins and ends without curvature."""
+    return _mapped(value, low, high, "SMOOTHERSTEP")
+
+
+def _mapped(value: Value, low: Value | float, high: Value | float, curve: str) -> Value:
+    inputs = {"Value": value, "From Min": low, "From Max": high}
+    return output(node(value.tree, "ShaderNodeMapRange", inputs, interpolation_type=curve), "Result")

@@ -103,7 +103,7 @@ def test_only_listed_effects_build_nodes(renderer):
     trees = [material.node_tree for material in bpy.data.materials if material.name.startswith("Marking")]
     kinds = {node.bl_idname for tree in trees for node in tree.nodes}
     stage.clear()
-    assert not kinds & {"ShaderNodeTexNoise", "ShaderNodeTexVoronoi", "ShaderNodeVectorMath"}
+    assert not kinds & {"ShaderNodeGroup", "ShaderNodeTexNoise", "ShaderNodeTexVoronoi"}
 
 
 @pytest.mark.parametrize("frame", [Frame(), Frame(96, 300, 1 / 0.044)])

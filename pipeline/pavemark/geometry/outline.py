@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 import shapely
@@ -18,6 +19,8 @@ MITRE_LIMIT = 5.0
 """Corners sharper than about 23° are cut off, as paint machines do."""
 
 
+# Asked for by the renderer and by the labels, one after the other.
+@lru_cache(maxsize=16)
 def outline(marking: Marking, curvature: Curvature | None) -> MultiPolygon:
     """The painted region of a marking on the ground.
 

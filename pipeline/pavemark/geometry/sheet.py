@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import cv2
 import numpy as np
 import shapely
@@ -51,6 +53,8 @@ def _edge_distance(share: np.ndarray, frame: Frame) -> np.ndarray:
     return np.maximum(distance - 0.5, 0) / frame.scale
 
 
+# The markings of a scene share its tyres.
+@lru_cache(maxsize=2)
 def _exposure(tyres: Tyres, frame: Frame) -> np.ndarray:
     """1 in the middle of a track, fading over its border."""
     lines = [shapely.linestrings(track) for track in tyres.tracks if len(track) > 1]
