@@ -29,6 +29,7 @@ MAY_IMPORT = {
     **{room: FOUNDATION | {room} for room in MIDDLE | LEARNING},
     "job": FOUNDATION | MIDDLE | LEARNING | {"job"},
     "cli": FOUNDATION | {"job"},
+    "__main__": {"cli"},
 }
 BLENDER_MAY_IMPORT = {"scene", "ground", "plan", "plate", "layers", "geometry", "files", "errors", "records", "colour"}
 
