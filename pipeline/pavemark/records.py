@@ -83,6 +83,13 @@ def _exact(value: Any, kind: type) -> Any:
     return value
 
 
+def _words(value: Any) -> tuple[str, ...]:
+    # A word alone would be taken for the list of its letters.
+    if not isinstance(value, (list, tuple)):
+        raise ValueError(f"{value!r} is not a list")
+    return tuple(_exact(word, str) for word in value)
+
+
 def _table(cls: type, converter: Converter):
     fill = make_dict_structure_fn(cls, converter, _cattrs_forbid_extra_keys=True)
 
@@ -100,6 +107,7 @@ def _converter() -> Converter:
         converter.register_structure_hook(kind, lambda value, _, kind=kind: _number(value, kind))
     for kind in (str, bool):
         converter.register_structure_hook(kind, lambda value, _, kind=kind: _exact(value, kind))
+    converter.register_structure_hook_func(lambda kind: kind == tuple[str, ...], lambda value, _: _words(value))
     converter.register_structure_hook_factory(attrs.has, lambda cls: _table(cls, converter))
     converter.register_unstructure_hook_factory(
         attrs.has,

@@ -50,6 +50,7 @@ def refused(capfd, *words):
         ("formats = ['dmpr', 'dmpr']", r"formats = .*: each format once is allowed"),
         ("images = 3", r"images: 3 is not a str"),
         ("noise = 3", r"noise: 3 is not a table of fields"),
+        ("formats = 'dmpr'", r"formats: 'dmpr' is not a list"),
         ("mask = 'masks'", r"mask: 'masks' is not a table of fields"),
         ("count = inf", r"count: inf is not a finite number"),
         (f"seed = {'9' * 5000}", r"not a TOML file: "),
