@@ -54,8 +54,8 @@ def find(alpha: np.ndarray, frame: Frame, guess: np.ndarray, entrance: np.ndarra
 
     def width(arm):
         side = normal(arm, np.zeros(2))
-        along = np.linspace(0.28, 0.5, 12)
-        return np.median(junction.paint(arm, side, along, 0.2) + junction.paint(arm, -side, along, 0.2))
+        along = np.linspace(0.26, 0.36, 12)
+        return np.median(junction.paint(arm, side, along, 0.14) + junction.paint(arm, -side, along, 0.14))
 
     bar_free = normal(entrance, stem)
     bar_width = width(entrance)
@@ -89,7 +89,7 @@ def find(alpha: np.ndarray, frame: Frame, guess: np.ndarray, entrance: np.ndarra
 
 
 def random_row(rng: np.random.Generator) -> Scene:
-    """Rows of all kinds and outlines with an entrance line, bent or not, all points within the frame."""
+    """Rows of all kinds, of every outline with an entrance line, bent or not, all points within the frame."""
     kind, low, high, entrance, depth = [
         ("perpendicular", 90, 90, 2.5, 4.7),
         ("parallel", 90, 90, 5.0, 2.0),
@@ -102,7 +102,7 @@ def random_row(rng: np.random.Generator) -> Scene:
         n=1 if kind == "parallel" else int(rng.integers(1, 4)),
         kind=kind,
         angle=rng.uniform(low, high),
-        outline=["closed", "half-closed"][rng.integers(2)],
+        outline=["closed", "half-closed", "corner"][rng.integers(3)],
         entrance=entrance,
         depth=depth,
         start=(rng.uniform(-2, 1), 3.6),
