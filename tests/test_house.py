@@ -21,17 +21,32 @@ FOUNDATION = {
     "assets",
     "geometry",
     "colour",
+    "cameras",
 }
 MIDDLE = {"background", "randomize", "compose", "labels"}
-LEARNING = {"select", "evaluate", "accuracy"}
+LEARNING = {"select", "evaluate"}
+JUDGES = {"accuracy", "training"}
 MAY_IMPORT = {
     **dict.fromkeys(FOUNDATION, FOUNDATION),
     **{room: FOUNDATION | {room} for room in MIDDLE | LEARNING},
+    **{room: FOUNDATION | {"background", room} for room in JUDGES},
     "job": FOUNDATION | MIDDLE | LEARNING | {"job"},
-    "cli": FOUNDATION | {"job"},
+    "cli": FOUNDATION | {"job", "background", "cli"} | JUDGES,
     "__main__": {"cli"},
 }
-BLENDER_MAY_IMPORT = {"scene", "ground", "plan", "plate", "layers", "geometry", "files", "errors", "records", "colour"}
+BLENDER_MAY_IMPORT = {
+    "cameras",
+    "scene",
+    "ground",
+    "plan",
+    "plate",
+    "layers",
+    "geometry",
+    "files",
+    "errors",
+    "records",
+    "colour",
+}
 
 CLOCK = PACKAGE / "job" / "clock.py"
 """The one file that reads a clock."""

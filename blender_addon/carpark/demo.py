@@ -7,8 +7,9 @@ from collections.abc import Callable
 import attrs
 import numpy as np
 
-from blender_addon.carpark import layout, pavement, rig, sensor, stitch
+from blender_addon.carpark import layout, pavement
 from blender_addon.carpark.layout import WHITE, YELLOW, Row
+from pavemark.cameras import rig, sensor, stitch
 from pavemark.ground import Frame
 
 GROUND, MARKING, NOT_GROUND = 0, 1, 2

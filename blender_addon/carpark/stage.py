@@ -15,8 +15,8 @@ from mathutils import Matrix
 from blender_addon.carpark import car
 from blender_addon.carpark.layout import Block, Parked
 from blender_addon.carpark.pavement import FRAME, Surface
-from blender_addon.carpark.rig import Fisheye, Mount
 from blender_addon.versions import exr_layers
+from pavemark.cameras.rig import Fisheye, Mount
 from pavemark.errors import InputError
 
 SAMPLES = 16

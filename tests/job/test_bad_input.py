@@ -14,6 +14,7 @@ import pytest
 
 from commandline import PROGRAM, pavemark
 from pavemark import cli
+from pavemark.job.explain import explain
 
 
 def refused(capfd, *words):
@@ -106,7 +107,7 @@ def test_text_files_with_a_byte_order_mark_and_windows_line_ends(tmp_path, capfd
     assert "none: cannot be listed" in refused(capfd, "render", job, "--out", tmp_path / "out")
     scene = tmp_path / "scene.json"
     scene.write_bytes(b"\xef\xbb\xbf" + json.dumps(SCENE).encode())
-    assert cli.explain(scene)
+    assert explain(scene)
 
 
 def test_without_a_command_it_shows_the_help(capfd):

@@ -4,7 +4,7 @@ import attrs
 import numpy as np
 import pytest
 
-from blender_addon.carpark import sensor
+from pavemark.cameras import sensor
 
 PLAIN = sensor.Sensor(0.2, (1.0, 1.0, 1.0), 0.0, 0.0, 0.0, 0.0, 0.0, 100, 1)
 

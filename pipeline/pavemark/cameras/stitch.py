@@ -8,7 +8,7 @@ import attrs
 import cv2
 import numpy as np
 
-from blender_addon.carpark.rig import SIDES, Fisheye, Mount
+from pavemark.cameras.rig import SIDES, Fisheye, Mount
 from pavemark.ground import Frame
 
 

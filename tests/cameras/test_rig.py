@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from blender_addon.carpark.rig import SIDES, Fisheye, Mount, mounts
-from blender_addon.carpark.stitch import lookup
+from pavemark.cameras.rig import SIDES, Fisheye, Mount, mounts
+from pavemark.cameras.stitch import lookup
 from pavemark.ground import Frame
 
 

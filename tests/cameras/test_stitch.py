@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from blender_addon.carpark import stitch
-from blender_addon.carpark.rig import SIDES, Fisheye, mounts
+from pavemark.cameras import stitch
+from pavemark.cameras.rig import SIDES, Fisheye, mounts
 from pavemark.ground import Frame
 
 FRAME, EGO = Frame(), stitch.Ego()

@@ -1,0 +1,1 @@
+"""What accuracy costs: the judges of each stage and their reports."""

@@ -1,0 +1,1 @@
+"""The four fisheye cameras of a car: where they hang, what their electronics do, how their pictures are joined."""

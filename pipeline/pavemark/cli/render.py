@@ -1,0 +1,74 @@
+"""`pavemark render`: the main job."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from pavemark.cli.words import Folder, cores
+from pavemark.errors import InputError
+from pavemark.job.config import merge, read, setting
+from pavemark.job.journal import Shard
+from pavemark.job.progress import shown
+from pavemark.job.run import LOG, PATIENCE, RECYCLE, Machine, log, run
+
+
+class _Shard(click.ParamType):
+    name = "K/N"
+
+    def convert(self, value, param, ctx):
+        part, _, parts = value.partition("/")
+        if not (part.isdecimal() and parts.isdecimal() and int(part) < int(parts)):
+            self.fail(f"{value!r}: allowed is K/N with K from 0 to N - 1, such as 3/16", param, ctx)
+        return Shard(int(part), int(parts))
+
+
+@click.command("render")
+@click.argument("job_file", metavar="[JOB.toml]", required=False, type=click.Path(path_type=Path))
+@click.option("--images", metavar="DIR", type=Folder(), help="Folder of real AVM images.")
+@click.option("--masks", metavar="DIR", type=Folder(), help="Folder of their marking masks: PNGs of the same names.")
+@click.option("--out", metavar="DIR", required=True, type=Folder(path_type=Path), help="Where the dataset goes.")
+@click.option("--count", type=int, help="Images to make.  [200]")
+@click.option("--seed", type=int, help="Everything random follows from it.  [0]")
+@click.option("--preset", metavar="NAME", help="default or paper.")
+@click.option("--scale", type=float, metavar="PX/M", help="Pixels per metre of the images.  [60]")
+@click.option("--metres-per-pixel", type=float, metavar="M", help="The same, the other way round.")
+@click.option("--inpainter", metavar="NAME", help="What fills the ground where markings were.")
+@click.option("--set", "settings", metavar="FIELD=VALUE", multiple=True, help="Any other line of a job file.")
+@click.option("--workers", type=click.IntRange(1, 1024), default=cores, show_default="all cores", help="Processes.")
+@click.option("--shard", type=_Shard(), default="0/1", help="Make part K of N only, counted from 0.")
+@click.option("--recycle", type=click.IntRange(1), default=RECYCLE, help="Images a process.", hidden=True)
+@click.option(
+    "--patience", type=click.FloatRange(1.0), default=PATIENCE, help="Seconds an image may take.", hidden=True
+)
+@click.option("--quiet", is_flag=True, help="Say only what goes wrong.")
+@click.pass_obj
+def render(
+    command: Sequence[str],
+    job_file: Path | None,
+    out: Path,
+    settings: tuple[str, ...],
+    workers: int,
+    shard: Shard,
+    recycle: int,
+    patience: float,
+    quiet: bool,
+    **options,
+) -> int:
+    """Make labelled synthetic images from real ones."""
+    told: dict = {}
+    for text in settings:
+        told = merge(told, setting(text))
+    told |= {name: value for name, value in options.items() if value is not None}
+    job = read(job_file, told)
+    out = out.absolute()
+    try:
+        return run(job, out, shard, Machine(tuple(command), workers, recycle, patience), shown(quiet))
+    except (InputError, BrokenPipeError):
+        raise
+    except Exception as error:
+        log(out, "the run", traceback.format_exc())
+        raise InputError(out / LOG, f"an unexpected fault is told there ({type(error).__name__}: {error})") from error
