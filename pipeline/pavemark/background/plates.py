@@ -40,10 +40,12 @@ class _Source:
     scale: float
     table: MaskTable
     method: str
+    segmenter: str = "strokes"
 
     def key(self) -> str:
         """Hash of all that the plate's pixels depend on, the files by their content."""
-        settings = [VERSION, self.scale, unstructure(self.table), self.method, self.mask is not None]
+        finder = self.segmenter if self.mask is None else None
+        settings = [VERSION, self.scale, unstructure(self.table), self.method, finder]
         digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
         for path in (self.image, self.mask):
             if path is not None:
@@ -51,7 +53,9 @@ class _Source:
         return digest.hexdigest()
 
 
-def make_plate(image: Path, mask: Path | None, scale: float, table: MaskTable, method: str) -> Plate:
+def make_plate(
+    image: Path, mask: Path | None, scale: float, table: MaskTable, method: str, segmenter: str = "strokes"
+) -> Plate:
     """Take the markings off an image.
 
     Plates are kept in a cache, by the content of the files: the same input is worked on once.
@@ -61,13 +65,15 @@ def make_plate(image: Path, mask: Path | None, scale: float, table: MaskTable, m
     image : Path
         8-bit RGB, see `read_image`.
     mask : Path or None
-        See `read_mask`. Without one the markings are looked for, see `find_markings`.
+        See `read_mask`. Without one the markings are looked for.
     scale : float
         Pixels per metre.
     table : MaskTable
         What the mask's values mean.
     method : str
         Name of an inpainter.
+    segmenter : str
+        What looks for the markings: one of `SEGMENTERS`.
 
     Returns
     -------
@@ -80,7 +86,7 @@ def make_plate(image: Path, mask: Path | None, scale: float, table: MaskTable, m
         When a file or the method is refused, or the markings leave no ground to fill them from.
     """
     inpainter(method)
-    source = _Source(Path(image), None if mask is None else Path(mask), scale, table, method)
+    source = _Source(Path(image), None if mask is None else Path(mask), scale, table, method, segmenter)
     return _plate(source, source.key())
 
 
@@ -132,12 +138,29 @@ def _made(source: _Source, pixels: np.ndarray, frame: Frame) -> dict[str, np.nda
 
 def _classes(source: _Source, pixels: np.ndarray, frame: Frame) -> Classes:
     if source.mask is None:
-        ground = ~ego_car(pixels, frame)
-        return Classes(find_markings(pixels, ground, frame), ground)
+        return SEGMENTERS[source.segmenter](pixels, frame)
     classes = read_mask(source.mask, source.table, pixels.shape[:2])
     # A mask that says what is ground is believed; one that only knows markings is not asked about the car.
     ground = classes.ground if source.table.ground is not None else ~ego_car(pixels, frame)
     return Classes(classes.marking & ground, ground)
+
+
+def _by_strokes(pixels: np.ndarray, frame: Frame) -> Classes:
+    ground = ~ego_car(pixels, frame)
+    return Classes(find_markings(pixels, ground, frame), ground)
+
+
+def _by_network(pixels: np.ndarray, frame: Frame) -> Classes:
+    # Its runtime takes half a second to load, and the other way is to work without it.
+    from pavemark.background.segmenter import segment  # noqa: PLC0415
+
+    found = segment(pixels, frame)
+    ground = (found.ground > 0.5) & ~ego_car(pixels, frame)
+    return Classes((found.marking > 0.5) & ground, ground)
+
+
+SEGMENTERS = {"strokes": _by_strokes, "network": _by_network}
+"""What finds the markings and the ground of an image without a mask, by name."""
 
 
 def _hole(markings: np.ndarray, ground: np.ndarray, frame: Frame) -> np.ndarray:

@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 
 from pavemark.background.inpainting import METHODS
+from pavemark.background.plates import SEGMENTERS
 from pavemark.background.reading import MaskTable
 from pavemark.errors import InputError
 from pavemark.randomize.domains import Domains, preset
@@ -17,6 +18,13 @@ from pavemark.records import one_of, structure, within
 FORMATS = ("dmpr", "ps2", "coco", "yolo")
 PRESETS = ("default", "paper")
 PIXELS_PER_METRE = 60.0
+FOLDERS = ("images", "masks", "plates")
+COMMAND_LINE = "command line"
+
+_SCALE = {"scale", "metres_per_pixel"}
+_MADE_FROM = {"images", "masks", "mask", "inpainter", "segmenter"}
+_OTHER_WAYS = ((_SCALE, _SCALE), ({"plates"}, _MADE_FROM), ({"images"}, {"plates"}))
+"""Fields of the command line, and those of the job file that say the same another way and then count no more."""
 
 
 def _distinct(instance: Any, attribute: attrs.Attribute, value: tuple[str, ...]) -> None:
@@ -24,14 +32,15 @@ def _distinct(instance: Any, attribute: attrs.Attribute, value: tuple[str, ...])
         raise ValueError(f"{attribute.name} = {list(value)}: each format once is allowed")
 
 
-@attrs.frozen(kw_only=True)
-class Job(Domains):
-    """A job: the images it starts from, how many it makes of them, and the domains it draws from.
+# Beside `Domains` a record has room for one more parent that lays its fields out in a fixed order.
+@attrs.frozen(kw_only=True, slots=False)
+class Inputs:
+    """Real AVM images, and how plates are made of them.
 
     Attributes
     ----------
-    images : str
-        Folder of real AVM images.
+    images : str or None
+        Their folder. None where the plates are made already.
     masks : str or None
         Folder of their marking masks, PNGs of the same names; None finds the markings in the images.
     scale : float or None
@@ -40,28 +49,19 @@ class Job(Domains):
         The same the other way round.
     inpainter : str
         What fills the ground where markings were.
+    segmenter : str
+        What finds the markings, and the ground, of images without masks.
     mask : MaskTable
         What the values of a mask mean.
-    count : int
-        Synthetic images to make.
-    seed : int
-        Everything random follows from it.
-    preset : str
-        Settings of the domains to start from.
-    formats : tuple of str
-        Label formats to write.
     """
 
-    images: str
+    images: str | None = None
     masks: str | None = None
     scale: float | None = attrs.field(default=None, validator=attrs.validators.optional(within(1.0, 10000.0)))
     metres_per_pixel: float | None = attrs.field(default=None, validator=attrs.validators.optional(within(0.0001, 1.0)))
     inpainter: str = attrs.field(default="patchmatch", validator=one_of(*METHODS))
+    segmenter: str = attrs.field(default="strokes", validator=one_of(*SEGMENTERS))
     mask: MaskTable = attrs.field(factory=MaskTable)
-    count: int = attrs.field(default=200, validator=within(1, 10**9))
-    seed: int = attrs.field(default=0, validator=within(0, 2**63 - 1))
-    preset: str = attrs.field(default="default", validator=one_of(*PRESETS))
-    formats: tuple[str, ...] = attrs.field(default=FORMATS, validator=[one_of(*FORMATS), _distinct])
 
     def __attrs_post_init__(self) -> None:
         if self.scale is not None and self.metres_per_pixel is not None:
@@ -73,6 +73,47 @@ class Job(Domains):
         if self.metres_per_pixel is not None:
             return 1 / self.metres_per_pixel
         return PIXELS_PER_METRE if self.scale is None else self.scale
+
+
+@attrs.frozen(kw_only=True)
+class Job(Domains, Inputs):
+    """A job: what it starts from, how many images it makes of that, and the domains it draws from.
+
+    Attributes
+    ----------
+    plates : str or None
+        Folder of plates that are made already, in place of `images`.
+    count : int
+        Synthetic images to make.
+    seed : int
+        Everything random follows from it.
+    preset : str
+        Settings of the domains to start from.
+    formats : tuple of str
+        Label formats to write.
+    """
+
+    plates: str | None = None
+    count: int = attrs.field(default=200, validator=within(1, 10**9))
+    seed: int = attrs.field(default=0, validator=within(0, 2**63 - 1))
+    preset: str = attrs.field(default="default", validator=one_of(*PRESETS))
+    formats: tuple[str, ...] = attrs.field(default=FORMATS, validator=[one_of(*FORMATS), _distinct])
+
+
+def read_inputs(options: dict[str, Any]) -> Inputs:
+    """Read what plates are made of, and how.
+
+    Parameters
+    ----------
+    options : dict
+        What the command line says, as a job file would say it. Its folders are relative to the working directory.
+
+    Raises
+    ------
+    InputError
+        For an unknown field, or a value that is not allowed.
+    """
+    return structure(Inputs, _absolute(options, Path.cwd()), COMMAND_LINE)
 
 
 def read(path: Path | None, options: dict[str, Any]) -> Job:
@@ -90,21 +131,29 @@ def read(path: Path | None, options: dict[str, Any]) -> Job:
     InputError
         For a file that cannot be read, an unknown field, or a value that is not allowed.
     """
-    here = "command line"
     # Alone first, so that a bad option is not blamed on the job file.
-    structure(Job, {"images": "", **options}, here)
+    _hold_apart(options, COMMAND_LINE)
+    structure(Job, options, COMMAND_LINE)
     told = {} if path is None else _absolute(_toml(path), path.parent)
-    if options.keys() & {"scale", "metres_per_pixel"}:
-        told.pop("scale", None)
-        told.pop("metres_per_pixel", None)
+    where = path or COMMAND_LINE
+    _hold_apart(told, where)
+    for one, others in _OTHER_WAYS:
+        if options.keys() & one:
+            told = {name: value for name, value in told.items() if name not in others}
     chosen = merge(told, _absolute(options, Path.cwd()))
-    where = path or here
-    if "images" not in chosen:
+    _hold_apart(chosen, where)
+    if not chosen.keys() & {"images", "plates"}:
         raise InputError(where, "images is missing: a folder of AVM images is needed (--images DIR)")
     name = chosen.get("preset", "default")
     if name not in PRESETS:
         raise InputError(where, f"preset = {name!r}: allowed {', '.join(PRESETS)}")
     return structure(Job, merge(preset(name), chosen), where)
+
+
+def _hold_apart(data: dict[str, Any], where: object) -> None:
+    made = sorted(data.keys() & _MADE_FROM) if "plates" in data else []
+    if made:
+        raise InputError(where, f"{', '.join(made)} and plates are given: plates are made already, they stand alone")
 
 
 def merge(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
@@ -143,7 +192,5 @@ def _toml(path: Path) -> dict[str, Any]:
 
 
 def _absolute(data: dict[str, Any], base: Path) -> dict[str, Any]:
-    folders = {
-        name: str((base / data[name]).absolute()) for name in ("images", "masks") if isinstance(data.get(name), str)
-    }
+    folders = {name: str((base / data[name]).absolute()) for name in FOLDERS if isinstance(data.get(name), str)}
     return {**data, **folders}
