@@ -14,6 +14,28 @@ from pavemark.records import unstructure
 from pavemark.scene import RGB, PlateRef
 
 
+@attrs.frozen
+class Roadside:
+    """How the roadside runs in a picture: the line along which slots lie side by side, or across which they do.
+
+    Attributes
+    ----------
+    direction : float
+        Radians anticlockwise from the world's X, π/4 to 3π/4: the one of the two directions, a quarter turn apart and
+        alike by their evidence, that is nearer to the car's way (Y).
+    left, right : float or None
+        Metres from the frame's centre, along the normal to the left of the direction, to the line where the
+        roadside begins to either side of the car; None where none is found.
+    confidence : float
+        0 to 1: share of the straight edges that agree.
+    """
+
+    direction: float
+    left: float | None
+    right: float | None
+    confidence: float
+
+
 @attrs.define(frozen=True, eq=False, slots=False)
 class Plate:
     """A clean background.
@@ -34,6 +56,8 @@ class Plate:
     ratios : tuple of RGB
         Reflectance ratios, as `pavemark.scene.Paint.ratio`, of the former markings to the ground beside them; empty
         when the image had none.
+    roadside : Roadside or None
+        None where nothing certain is known of it.
     """
 
     name: str
@@ -43,6 +67,7 @@ class Plate:
     markings: np.ndarray
     source: np.ndarray
     ratios: tuple[RGB, ...] = ()
+    roadside: Roadside | None = None
 
     @cached_property
     def sha256(self) -> str:

@@ -42,7 +42,7 @@ def areas(markings: np.ndarray, matrix: np.ndarray) -> tuple[Area, ...]:
     ValueError
         When a marking lies beyond the homography's vanishing line.
     """
-    return tuple(_mapped(simplified(shape), matrix) for shape in outlines(markings))
+    return tuple(traced(shape, matrix) for shape in outlines(markings))
 
 
 def outlines(markings: np.ndarray) -> list[Polygon]:
@@ -75,7 +75,9 @@ def simplified(shape: Polygon) -> Polygon:
         epsilon /= 2
 
 
-def _mapped(shape: Polygon, matrix: np.ndarray) -> Area:
+def traced(shape: Polygon, matrix: np.ndarray) -> Area:
+    """An outline in image coordinates, simplified, as an area of the world."""
+    shape = simplified(shape)
     rings = [_ring(project(matrix, shapely.get_coordinates(ring)[:-1])) for ring in (shape.exterior, *shape.interiors)]
     return Area(rings[0], tuple(rings[1:]))
 
