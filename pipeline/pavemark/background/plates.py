@@ -45,7 +45,7 @@ class _Source:
     def key(self) -> str:
         """Hash of all that the plate's pixels depend on, the files by their content."""
         finder = self.segmenter if self.mask is None else None
-        settings = [VERSION, self.scale, unstructure(self.table), self.method, finder]
+        settings = [VERSION, self.scale, unstructure(self.table), self.method, inpainter(self.method).version, finder]
         digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
         for path in (self.image, self.mask):
             if path is not None:
@@ -125,9 +125,10 @@ def _made(source: _Source, pixels: np.ndarray, frame: Frame) -> dict[str, np.nda
     hole = _hole(classes.marking, classes.ground, frame)
     try:
         clean = inpainter(source.method).fill(pixels, hole, ~classes.ground)
-    except ValueError:
+    except ValueError as error:
         where = source.image if source.mask is None else source.mask
-        raise InputError(where, "markings cover the whole ground: some bare ground is needed to fill them") from None
+        told = f"markings cover the whole ground ({error}): some bare ground is needed to fill them"
+        raise InputError(where, told) from None
     return {
         "markings": np.packbits(classes.marking),
         "ground": np.packbits(classes.ground),

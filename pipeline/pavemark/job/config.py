@@ -8,7 +8,7 @@ from typing import Any
 
 import attrs
 
-from pavemark.background.inpainting import METHODS
+from pavemark.background import inpainting
 from pavemark.background.plates import SEGMENTERS
 from pavemark.background.reading import MaskTable
 from pavemark.errors import InputError
@@ -30,6 +30,14 @@ _OTHER_WAYS = ((_SCALE, _SCALE), ({"plates"}, _MADE_FROM), ({"images"}, {"plates
 def _distinct(instance: Any, attribute: attrs.Attribute, value: tuple[str, ...]) -> None:
     if len(set(value)) < len(value):
         raise ValueError(f"{attribute.name} = {list(value)}: each format once is allowed")
+
+
+def _usable(instance: Any, attribute: attrs.Attribute, name: str) -> None:
+    # The file of a model is held against its record here, before any image is opened.
+    try:
+        inpainting.inpainter(name)
+    except InputError as error:
+        raise ValueError(str(error)) from None
 
 
 # Beside `Domains` a record has room for one more parent that lays its fields out in a fixed order.
@@ -59,7 +67,7 @@ class Inputs:
     masks: str | None = None
     scale: float | None = attrs.field(default=None, validator=attrs.validators.optional(within(1.0, 10000.0)))
     metres_per_pixel: float | None = attrs.field(default=None, validator=attrs.validators.optional(within(0.0001, 1.0)))
-    inpainter: str = attrs.field(default="patchmatch", validator=one_of(*METHODS))
+    inpainter: str = attrs.field(default="patchmatch", validator=_usable)
     segmenter: str = attrs.field(default="strokes", validator=one_of(*SEGMENTERS))
     mask: MaskTable = attrs.field(factory=MaskTable)
 

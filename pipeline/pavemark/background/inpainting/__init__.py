@@ -6,7 +6,9 @@ from typing import Protocol
 
 import numpy as np
 
+from pavemark.background import models
 from pavemark.background.inpainting.fsr import FSR
+from pavemark.background.inpainting.learned import Learned
 from pavemark.background.inpainting.navier_stokes import NavierStokes
 from pavemark.background.inpainting.patch_match import PatchMatch
 from pavemark.errors import InputError
@@ -17,6 +19,9 @@ class Inpainter(Protocol):
 
     name: str
     """As the job file names it, with whatever parameter the result depends on held fixed under that name."""
+
+    version: str
+    """Changes with all that the result depends on besides the input, but for the libraries of the cache's shelf."""
 
     def fill(self, image: np.ndarray, hole: np.ndarray, keep_out: np.ndarray) -> np.ndarray:
         """Fill the hole.
@@ -47,15 +52,23 @@ METHODS: dict[str, Inpainter] = {method.name: method for method in (PatchMatch()
 """The classical inpainters by name."""
 
 
+def choices() -> tuple[str, ...]:
+    """Names of all inpainters: the classical ones, our own network, and the models that were recorded."""
+    return (*METHODS, models.SHIPPED, *models.names())
+
+
 def inpainter(name: str) -> Inpainter:
     """The inpainter of that name.
 
     Raises
     ------
     InputError
-        Naming those there are.
+        Naming those there are, or when the file of a model has gone or changed.
     """
-    try:
+    if name in METHODS:
         return METHODS[name]
-    except KeyError:
-        raise InputError("inpainter", f"{name!r}: allowed {', '.join(METHODS)}") from None
+    if name not in choices():
+        raise InputError(f"inpainter = {name!r}", f"allowed {', '.join(choices())}")
+    model = models.shipped() if name == models.SHIPPED else models.read(name)
+    models.verify(model)
+    return Learned(model)

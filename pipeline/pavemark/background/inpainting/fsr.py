@@ -15,6 +15,7 @@ class FSR:
     """Seiler and Kaup (2010), as OpenCV's xphoto has it in its fast setting."""
 
     name = "fsr"
+    version = "1"
 
     def fill(self, image: np.ndarray, hole: np.ndarray, keep_out: np.ndarray) -> np.ndarray:
         """See `Inpainter.fill`."""

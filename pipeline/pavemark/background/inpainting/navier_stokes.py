@@ -15,6 +15,7 @@ class NavierStokes:
     """Bertalmío, Bertozzi and Sapiro (2001), as OpenCV has it."""
 
     name = "navier-stokes"
+    version = "1"
 
     def fill(self, image: np.ndarray, hole: np.ndarray, keep_out: np.ndarray) -> np.ndarray:
         """See `Inpainter.fill`."""

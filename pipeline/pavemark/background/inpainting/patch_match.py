@@ -22,6 +22,7 @@ class PatchMatch:
     """Barnes et al. (2009) with Wexler's coarse-to-fine completion, as PyPatchMatch has it."""
 
     name = "patchmatch"
+    version = "1"
 
     def fill(self, image: np.ndarray, hole: np.ndarray, keep_out: np.ndarray) -> np.ndarray:
         """See `Inpainter.fill`."""
