@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import click
 
 from pavemark import __version__
+from pavemark.cli.models import models
 from pavemark.cli.render import render
 from pavemark.cli.show import explain, preview
 from pavemark.errors import InputError, one_line
@@ -31,7 +32,7 @@ def pavemark(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for _command in (render, preview, explain):
+for _command in (render, preview, explain, models):
     pavemark.add_command(_command)
 
 
