@@ -32,6 +32,17 @@ def test_what_was_appended_is_read(tmp_path):
     assert journal.versions(tmp_path) == [{"pavemark": "1"}]
 
 
+def test_what_is_said_last_of_a_name_counts(tmp_path):
+    with Journal(tmp_path, WHOLE) as kept:
+        for size in (1, 2):
+            kept.append('odd\t"näme"\n', {"size": size}, [size])
+        kept.append("7", {"size": 3}, None)
+    found = journal.entries(tmp_path)
+    assert found.keys() == {'odd\t"näme"\n', "7"}
+    assert json.loads(found['odd\t"näme"\n'].read()[0]) == {"size": 2}
+    assert journal.beside(tmp_path) == {'odd\t"näme"\n': [2], "7": None}
+
+
 @pytest.mark.parametrize("torn", [b'7\t{"index": 7}\t{"text"', b'7\t{"index": 7}\t{}', b"7", b"\0\0\0"])
 def test_a_torn_line_does_not_count_and_does_not_spoil_the_next(tmp_path, torn):
     _written(tmp_path, 3)

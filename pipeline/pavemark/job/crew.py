@@ -6,11 +6,13 @@ import contextlib
 import itertools
 import json
 import os
+import signal
 import subprocess
 import tempfile
 import threading
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from queue import SimpleQueue
 from typing import Any, NamedTuple
 
@@ -26,7 +28,7 @@ _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", 
 
 
 class Task(NamedTuple):
-    """An image to make: its number, the input image and its mask."""
+    """An image or a plate to make: its number, the input image and its mask."""
 
     index: int
     image: str
@@ -109,7 +111,7 @@ class Worker:
 
 
 class Crew:
-    """Workers that make images. Use it in a `with` statement: afterwards no process is left.
+    """Workers that make images or plates. Use it in a `with` statement: afterwards no process is left.
 
     Parameters
     ----------
@@ -134,6 +136,8 @@ class Crew:
         self._stopping = self._dropping = False
         self.lost = False
         """Whether a worker ended otherwise than by itself, and may have left files aside."""
+        self.stopped_by: int | None = None
+        """The signal that stopped it."""
 
     def __enter__(self) -> Crew:
         return self
@@ -149,6 +153,22 @@ class Crew:
         self._dropping = self._stopping
         self._stopping = True
         self._inbox.put((None, None))
+
+    @contextmanager
+    def heeding_signals(self) -> Iterator[None]:
+        """Entered while Ctrl-C and SIGTERM are to stop it."""
+
+        def stop(number: int, frame: object) -> None:
+            self.stopped_by = number
+            self.stop()
+
+        before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+        try:
+            yield
+        finally:
+            for number, handler in before.items():
+                # None stands for a handler that is not Python's, as a Blender program has one.
+                signal.signal(number, signal.SIG_DFL if handler is None else handler)
 
     def work(self, tasks: Iterable[Task]) -> Iterator[Answer]:
         """Do tasks and yield what came of each, in the order in which they are ready.

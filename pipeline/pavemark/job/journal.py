@@ -1,4 +1,4 @@
-"""What is finished: one synced line an image, one journal a shard, one writer a journal."""
+"""What is finished: one synced line an image or a plate, one journal a shard, one writer a journal."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ import attrs
 from pavemark.errors import InputError
 
 # JSON text holds no raw tab, so the columns can be told apart without parsing 300,000 lines.
-_LINE = re.compile(rb"(\d+)\t(\{.*\})\t(.*)\n")
+_LINE = re.compile(rb'(\d+|".*")\t(\{.*\})\t(.*)\n')
+
+Key = int | str
+"""The number of an image, or the name of a plate."""
 
 
 @attrs.frozen
@@ -47,7 +50,7 @@ class Entry:
     end: int
 
     def read(self) -> tuple[bytes, bytes]:
-        """Its row of the manifest and its part of coco.json, both as JSON text."""
+        """Its row of the manifest and what stands beside it, such as its part of coco.json, both as JSON text."""
         with self.path.open("rb") as stream:
             stream.seek(self.start)
             match = _LINE.fullmatch(stream.read(self.end - self.start))
@@ -82,15 +85,24 @@ class Journal:
             whole = self._path.read_bytes().rfind(b"\n") + 1
             os.ftruncate(self._file, whole)
 
-    def append(self, index: int, row: dict[str, Any], coco: Any) -> None:
-        """Add a finished image; it is on the disk when this returns.
+    def append(self, key: Key, row: dict[str, Any], beside: Any) -> None:
+        """Add what is finished; it is on the disk when this returns.
+
+        Parameters
+        ----------
+        key : int or str
+            What is said of the same key later counts.
+        row : dict
+            Its row of the manifest.
+        beside : Any
+            What else is to be known of it, as plain data.
 
         Raises
         ------
         InputError
             When the disk is full.
         """
-        columns = (str(index), *(json.dumps(part, allow_nan=False, separators=(",", ":")) for part in (row, coco)))
+        columns = (json.dumps(part, allow_nan=False, separators=(",", ":")) for part in (key, row, beside))
         data = ("\t".join(columns) + "\n").encode()
         try:
             while data:
@@ -111,18 +123,25 @@ def folder(out: Path) -> Path:
     return out / "journal"
 
 
-def entries(out: Path) -> dict[int, Entry]:
-    """All images that some journal calls finished, by index."""
-    found = {}
+def entries(out: Path) -> dict[Key, Entry]:
+    """All that some journal calls finished, by key."""
+    return {json.loads(match[1]): entry for entry, match in _lines(out)}
+
+
+def beside(out: Path) -> dict[Key, Any]:
+    """What stands beside the row of all that some journal calls finished, by key."""
+    return {json.loads(match[1]): json.loads(match[3]) for _, match in _lines(out)}
+
+
+def _lines(out: Path) -> Iterator[tuple[Entry, re.Match[bytes]]]:
     for path in _journals(out):
         with path.open("rb") as stream:
             start = 0
             for line in stream:
                 # The last line of a journal is torn where its writer was killed, or is being written just now.
                 if match := _LINE.fullmatch(line):
-                    found[int(match[1])] = Entry(path, start, start + len(line))
+                    yield Entry(path, start, start + len(line)), match
                 start += len(line)
-    return found
 
 
 def versions(out: Path) -> list[dict[str, str]]:

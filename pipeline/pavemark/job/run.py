@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import signal
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -114,13 +112,14 @@ class Run:
         setup = {"job": attrs.asdict(self.job), "out": str(self.folder.out), "patience": machine.patience}
         size = min(machine.workers, len(missing))
         versions = journal.versions(self.folder.out)
-        with Crew(machine.command, setup, size, machine.recycle) as crew, self._stoppable(crew):
+        with Crew(machine.command, setup, size, machine.recycle) as crew, crew.heeding_signals():
             for answer in crew.work(self._tasks(missing)):
                 if answer.task is None:
                     versions = versions or [answer.message["versions"]]
                     self._hold_against(versions, answer.message["versions"])
                 else:
                     self._take(answer)
+        self.stopped_by = crew.stopped_by
         if crew.lost:
             self.folder.sweep()
         if len(self.unusable) == len(self.entries):
@@ -175,20 +174,6 @@ class Run:
                         self.folder.out,
                         f"begun with {name} {version}, this is {here.get(name)}: use that version, or another folder",
                     )
-
-    @contextmanager
-    def _stoppable(self, crew: Crew) -> Iterator[None]:
-        def stop(number: int, frame: object) -> None:
-            self.stopped_by = number
-            crew.stop()
-
-        before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
-        try:
-            yield
-        finally:
-            for number, handler in before.items():
-                # None stands for a handler that is not Python's, as a Blender program has one.
-                signal.signal(number, signal.SIG_DFL if handler is None else handler)
 
     @property
     def exit_code(self) -> int:
