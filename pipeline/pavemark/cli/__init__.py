@@ -13,6 +13,7 @@ from pavemark import __version__
 from pavemark.cli.models import models
 from pavemark.cli.render import render
 from pavemark.cli.show import explain, preview
+from pavemark.cli.train import train
 from pavemark.errors import InputError, one_line
 
 BAD_INPUT = 2
@@ -32,7 +33,7 @@ def pavemark(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for _command in (render, preview, explain, models):
+for _command in (render, preview, explain, models, train):
     pavemark.add_command(_command)
 
 

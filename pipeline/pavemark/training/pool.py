@@ -1,0 +1,85 @@
+"""Views drawn ahead of the training, kept in one file that training reads at random."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from multiprocessing import get_context
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from pavemark.errors import InputError
+from pavemark.training import views
+from pavemark.training.canvas import SIDE
+
+MARKING, GROUND = 1, 2
+"""Bits of the fourth channel."""
+
+
+def drawn(folder: Path, count: int, seed: int, painted: bool, workers: int, tell: Callable[[int], None]) -> np.ndarray:
+    """The views of a pool; those that are not there yet are drawn.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the pool is kept: 0.9 MB a view.
+    count, seed : int
+        View i depends on the seed and i alone.
+    painted : bool
+        Whether there are markings.
+    workers : int
+        Processes that draw.
+    tell : callable
+        Told the number of views that are there, as it grows.
+
+    Returns
+    -------
+    ndarray (count, SIDE, SIDE, 4) uint8
+        R, G, B in display sRGB, and the bits MARKING and GROUND. It is read from the disk as it is used.
+
+    Raises
+    ------
+    InputError
+        When the folder cannot be written.
+    """
+    path = folder / f"{'painted' if painted else 'bare'}-{seed}-{count}.npy"
+    done = path.with_suffix(".done")
+    shape = (count, SIDE, SIDE, 4)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        there = int(done.read_text()) if done.exists() and path.exists() else 0
+        pool = np.lib.format.open_memmap(path, "r+" if there else "w+", np.uint8, shape)
+        tell(there)
+        for number, view in _drawn(range(there, count), seed, painted, workers):
+            pool[number] = view
+            # What is not counted is drawn again: the count follows the pixels, and not too often.
+            if number % 50 == 49 or number == count - 1:
+                pool.flush()
+                done.write_text(str(number + 1))
+            tell(number + 1)
+    except OSError as error:
+        raise InputError(folder, f"cannot be written: {error.strerror}") from None
+    return pool
+
+
+def _drawn(numbers: range, seed: int, painted: bool, workers: int) -> Iterator[tuple[int, np.ndarray]]:
+    # Fresh processes: threads of torch and OpenCV do not survive a fork.
+    with get_context("spawn").Pool(workers, _one_thread) as crew:
+        tasks = ((number, seed, painted) for number in numbers)
+        yield from zip(numbers, crew.imap(_view, tasks, chunksize=2), strict=True)
+
+
+def _one_thread() -> None:
+    cv2.setNumThreads(1)
+    os.environ["OMP_NUM_THREADS"] = "1"
+
+
+def _view(task: tuple[int, int, bool]) -> np.ndarray:
+    number, seed, painted = task
+    view = views.sample(
+        np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(number,)))), painted
+    )
+    bits = view.marking * np.uint8(MARKING) + view.ground * np.uint8(GROUND)
+    return np.dstack([view.image, bits.astype(np.uint8)])

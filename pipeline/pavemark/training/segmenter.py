@@ -1,0 +1,280 @@
+"""The network that finds markings and free ground: a small U-Net, trained on views of our own alone."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import onnx
+import torch
+from torch import nn
+from torch.nn import functional
+
+from pavemark.files import write
+from pavemark.training.canvas import SIDE
+from pavemark.training.pool import GROUND, MARKING
+from pavemark.training.views import SCALE
+
+CROP, BATCH = 256, 12
+"""Pixels a side of what is learnt from at a time, and how many in a step."""
+
+WIDTHS = (24, 40, 64, 96, 128)
+"""Channels at 2, 4, 8, 16 and 32 pixels a cell: 1.0 million weights."""
+
+DEEPEST = 2 ** len(WIDTHS)
+"""The network takes sides that are multiples of this."""
+
+RATE, DECAY, KEPT = 2e-3, 1e-2, 0.998
+"""Largest learning rate, weight decay, and how much of the averaged weights stays at a step."""
+
+HELD_OUT = 48
+"""Views at the pool's end that are judged by and not learnt from."""
+
+Tell = Callable[[int, dict[str, float]], None]
+
+
+class Segmenter(nn.Module):
+    """Display RGB (N, 3, H, W), 0 to 1 → logits (N, 2, H, W): marking, ground. H and W are multiples of DEEPEST."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.down = nn.ModuleList(
+            _block(before, width) for before, width in zip((12, *WIDTHS[:-1]), WIDTHS, strict=True)
+        )
+        self.up = nn.ModuleList(
+            _block(below + width, width) for below, width in zip(WIDTHS[:0:-1], WIDTHS[-2::-1], strict=True)
+        )
+        self.head = nn.Conv2d(WIDTHS[0], 2 * 4, 3, padding=1)
+        # Markings are a twentieth of the pixels, ground four fifths: to begin with that costs a hundred steps.
+        with torch.no_grad():
+            self.head.bias.copy_(torch.tensor([-3.0] * 4 + [1.4] * 4))
+
+    def forward(self, image: torch.Tensor) -> torch.Tensor:
+        features, seen = functional.pixel_unshuffle(image - 0.4, 2), []
+        for depth, block in enumerate(self.down):
+            features = block(features if depth == 0 else functional.max_pool2d(features, 2))
+            seen.append(features)
+        for block, finer in zip(self.up, seen[-2::-1], strict=True):
+            features = block(torch.cat([functional.interpolate(features, scale_factor=2.0), finer], 1))
+        return functional.pixel_shuffle(self.head(features), 2)
+
+
+def _block(before: int, width: int) -> nn.Sequential:
+    layers: list[nn.Module] = []
+    for channels in (before, width):
+        layers += [nn.Conv2d(channels, width, 3, padding=1, bias=False), nn.BatchNorm2d(width), nn.ReLU()]
+    return nn.Sequential(*layers)
+
+
+def train(pool: np.ndarray, out: Path, steps: int, seed: int, threads: int, tell: Tell) -> None:
+    """Train the network and write it as ONNX.
+
+    The state is kept beside `out` as the training goes, and taken up again by the same call.
+
+    Parameters
+    ----------
+    pool : ndarray (N, SIDE, SIDE, 4) uint8
+        From `pavemark.training.pool.drawn`; the last HELD_OUT views are judged by.
+    out : Path
+        The model.
+    steps, seed : int
+    threads : int
+        Of torch. Another number gives other last bits.
+    tell : callable
+        Told, every 20 steps, the step and the loss; every 200 also the F1 of markings and the IoU of ground on held-out
+        views, from the averaged weights.
+    """
+    torch.manual_seed(seed)
+    torch.set_num_threads(threads)
+    cv2.setNumThreads(1)
+    network = Segmenter().to(memory_format=torch.channels_last)
+    averaged = torch.optim.swa_utils.AveragedModel(
+        network, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(KEPT), use_buffers=True
+    )
+    optimiser = torch.optim.AdamW(network.parameters(), lr=RATE, weight_decay=DECAY)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, RATE, total_steps=steps + 1, pct_start=0.1)
+    state = out.with_suffix(".state")
+    parts = {"network": network, "averaged": averaged, "optimiser": optimiser, "schedule": schedule}
+    first = _taken_up(state, parts, (steps, seed, len(pool)))
+    learnt = len(pool) - HELD_OUT
+    for step in range(first, steps):
+        rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(1, step))))
+        image, truth = _batch(pool, rng, learnt)
+        network.train()
+        with torch.autocast("cpu", torch.bfloat16):
+            logits = network(image)
+        value = loss(logits.float(), truth)
+        optimiser.zero_grad()
+        value.backward()
+        nn.utils.clip_grad_norm_(network.parameters(), 1.0)
+        optimiser.step()
+        schedule.step()
+        averaged.update_parameters(network)
+        told = {"loss": float(value)}
+        if step % 200 == 199:
+            told |= judged(averaged.module, pool[learnt:])
+            _keep(state, parts, (steps, seed, len(pool)), step + 1)
+        if step % 20 == 19:
+            tell(step + 1, told)
+    write(out, exported(averaged.module, f"steps {steps}, seed {seed}, views {len(pool)}"))
+    state.unlink(missing_ok=True)
+
+
+def loss(logits: torch.Tensor, truth: torch.Tensor) -> torch.Tensor:
+    """Cross entropy and soft Dice of both classes. `logits`, `truth`: (N, 2, H, W)."""
+    # A marking missed stays in the plate for good; ground taken for marking is filled, and hardly to be seen.
+    entropy = functional.binary_cross_entropy_with_logits(
+        logits, truth, pos_weight=torch.tensor([2.0, 1.0]).view(1, 2, 1, 1)
+    )
+    chance = torch.sigmoid(logits)
+    both = (chance * truth).sum((0, 2, 3))
+    dice = 1 - (2 * both + 1) / (chance.sum((0, 2, 3)) + truth.sum((0, 2, 3)) + 1)
+    return entropy + dice[0] + 0.3 * dice[1]
+
+
+def _batch(pool: np.ndarray, rng: np.random.Generator, learnt: int) -> tuple[torch.Tensor, torch.Tensor]:
+    samples = [augmented(pool[int(rng.integers(learnt))], rng) for _ in range(BATCH)]
+    image = torch.from_numpy(np.stack([image for image, _ in samples])).permute(0, 3, 1, 2)
+    truth = torch.from_numpy(np.stack([bits for _, bits in samples]))
+    truth = torch.stack([(truth & bit) > 0 for bit in (MARKING, GROUND)], 1).float()
+    return image.contiguous(memory_format=torch.channels_last), truth
+
+
+def augmented(view: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """A piece of a view as another camera might have shown it.
+
+    Parameters
+    ----------
+    view : ndarray (SIDE, SIDE, 4) uint8
+        As in a pool.
+    rng : Generator
+
+    Returns
+    -------
+    image : ndarray (CROP, CROP, 3) float32
+        Display RGB, 0 to 1.
+    bits : ndarray (CROP, CROP) uint8
+    """
+    zoom = float(np.exp(rng.uniform(np.log(0.75), np.log(1.6))))
+    turn = float(rng.normal(0, 0.1)) if rng.random() < 0.4 else 0.0
+    size = CROP / zoom
+    middle = rng.uniform(size / 2, SIDE - size / 2, 2) if size < SIDE else np.full(2, SIDE / 2)
+    c, s = zoom * math.cos(turn), zoom * math.sin(turn)
+    matrix = np.array([[c, s, 0], [-s, c, 0]])
+    matrix[:, 2] = CROP / 2 - matrix[:, :2] @ middle
+    warp = {"M": matrix, "dsize": (CROP, CROP), "borderMode": cv2.BORDER_REFLECT_101}
+    image = cv2.warpAffine(np.ascontiguousarray(view[..., :3]), flags=cv2.INTER_LINEAR, **warp)
+    bits = cv2.warpAffine(np.ascontiguousarray(view[..., 3]), flags=cv2.INTER_NEAREST, **warp)
+    if rng.random() < 0.5:
+        image, bits = image[:, ::-1], bits[:, ::-1]
+    turns = int(rng.integers(4))
+    image, bits = np.rot90(image, turns), np.rot90(bits, turns)
+    return _spoilt(np.ascontiguousarray(image), rng), np.ascontiguousarray(bits)
+
+
+def _spoilt(image: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Other light, other colours, less sharpness, noise, compression: (CROP, CROP, 3) uint8 → float32, 0 to 1."""
+    if rng.random() < 0.5:
+        # Half-views have 22 pixels a metre, and are enlarged.
+        small = max(32, int(CROP / rng.uniform(1.0, 2.6)))
+        image = cv2.resize(image, (small, small), interpolation=cv2.INTER_AREA)
+        image = _compressed(image, rng)
+        image = cv2.resize(image, (CROP, CROP), interpolation=cv2.INTER_LINEAR)
+    light = image.astype(np.float32) / 255
+    grey = light.mean(-1, keepdims=True)
+    light = grey + (light - grey) * np.float32(rng.uniform(0.2, 1.7))
+    light = np.clip(light, 0, 1) ** np.float32(np.exp(rng.normal(0, 0.25)))
+    light = light * (np.exp(rng.normal(0, 0.3)) * (1 + rng.normal(0, 0.05, 3))).astype(np.float32)
+    if rng.random() < 0.3:
+        light = light * np.float32(rng.uniform(0.4, 1.0)) + np.float32(rng.uniform(0.0, 0.4))
+    if rng.random() < 0.3:
+        light = cv2.GaussianBlur(light, (0, 0), float(rng.uniform(0.4, 2.0)))
+    if rng.random() < 0.3:
+        light = light + rng.uniform(0.3, 1.5) * (light - cv2.GaussianBlur(light, (0, 0), 1.5))
+    if rng.random() < 0.5:
+        noise = rng.standard_normal((CROP, CROP, 3), np.float32)
+        if rng.random() < 0.5:
+            noise = noise.mean(-1, keepdims=True)
+        light = light + noise * np.float32(rng.uniform(0, 0.07))
+    if rng.random() < 0.4:
+        light = _compressed(_levels(light), rng).astype(np.float32) / 255
+    return np.clip(light, 0, 1).astype(np.float32)
+
+
+def _levels(light: np.ndarray) -> np.ndarray:
+    return np.clip(np.rint(light * 255), 0, 255).astype(np.uint8)
+
+
+def _compressed(image: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    coded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(25, 95))])[1]
+    return cv2.imdecode(coded, cv2.IMREAD_COLOR)
+
+
+def judged(network: nn.Module, views: np.ndarray) -> dict[str, float]:
+    """F1 of markings and IoU of ground over views (N, SIDE, SIDE, 4), at a probability of one half."""
+    network.eval()
+    counts = np.zeros((2, 3))
+    with torch.no_grad():
+        for view in views:
+            image = torch.from_numpy(view[None, ..., :3].astype(np.float32) / 255).permute(0, 3, 1, 2)
+            found = (network(image)[0] > 0).numpy()
+            for k, bit in enumerate((MARKING, GROUND)):
+                there = (view[..., 3] & bit) > 0
+                counts[k] += (found[k] & there).sum(), found[k].sum(), there.sum()
+    (both, found, there), (both_ground, found_ground, there_ground) = counts
+    return {"F1": 2 * both / max(found + there, 1), "IoU": both_ground / (found_ground + there_ground - both_ground)}
+
+
+class _Whole(nn.Module):
+    """The network with what belongs to it: the probabilities rather than logits."""
+
+    def __init__(self, network: nn.Module) -> None:
+        super().__init__()
+        self.network = network
+
+    def forward(self, image: torch.Tensor) -> torch.Tensor:
+        return torch.sigmoid(self.network(image))
+
+
+def exported(network: nn.Module, made: str) -> bytes:
+    """The network as an ONNX file: `image` (1, 3, H, W) → `probability` (1, 2, H, W), both float32, 0 to 1."""
+    stream = io.BytesIO()
+    torch.onnx.export(
+        _Whole(network).eval(),
+        (torch.zeros(1, 3, 4 * DEEPEST, 4 * DEEPEST),),
+        stream,
+        input_names=["image"],
+        output_names=["probability"],
+        dynamic_axes={name: {2: "height", 3: "width"} for name in ("image", "probability")},
+        opset_version=17,
+        dynamo=False,
+    )
+    model = onnx.load_from_string(stream.getvalue())
+    onnx.helper.set_model_props(
+        model,
+        {"pavemark": "segmenter 1", "pixels_per_metre": f"{SCALE:g}", "made": made, "licence": "GPL-3.0-or-later"},
+    )
+    onnx.checker.check_model(model)
+    return model.SerializeToString()
+
+
+def _keep(path: Path, parts: dict, job: tuple[int, ...], step: int) -> None:
+    stream = io.BytesIO()
+    torch.save({"job": job, "step": step, **{name: part.state_dict() for name, part in parts.items()}}, stream)
+    write(path, stream.getvalue())
+
+
+def _taken_up(path: Path, parts: dict, job: tuple[int, ...]) -> int:
+    """The step that a kept state has come to, its weights taken over; 0 where there is none of this job."""
+    if not path.exists():
+        return 0
+    kept = torch.load(path, weights_only=True)
+    if tuple(kept["job"]) != job:
+        return 0
+    for name, part in parts.items():
+        part.load_state_dict(kept[name])
+    return kept["step"]
