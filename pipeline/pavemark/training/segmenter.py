@@ -114,7 +114,7 @@ def train(pool: np.ndarray, out: Path, steps: int, seed: int, threads: int, tell
         optimiser.step()
         schedule.step()
         averaged.update_parameters(network)
-        told = {"loss": float(value)}
+        told = {"loss": value.item()}
         if step % 200 == 199:
             told |= judged(averaged.module, pool[learnt:])
             _keep(state, parts, (steps, seed, len(pool)), step + 1)
