@@ -7,9 +7,10 @@ import math
 import attrs
 import numpy as np
 
-from pavemark.plate import Plate
+from pavemark.plate import Plate, Roadside
 from pavemark.randomize.car import Car, find_car
 from pavemark.randomize.fitted import Fitted
+from pavemark.randomize.free import moved, seen_part, shifted
 from pavemark.randomize.row import Row, Stretch
 from pavemark.randomize.shape import Shape
 from pavemark.randomize.streams import Stage, quantile, stream, uniform
@@ -19,6 +20,9 @@ _share = within(0.0, 1.0)
 
 TRIES = 12
 """Places tried for a row before it is left out."""
+
+FREE_TRIES = 6
+"""Places tried before that where nothing stands in the slots; each is moved until there is free ground."""
 
 _SIDE = 16
 """Slots drawn to either side of the first; more than fit into any frame of interest."""
@@ -32,6 +36,9 @@ _AISLE = 2.5
 
 _SKEW = (-1.0, 1.0)
 """Degrees between two opposite entrance lines; half of the real ones are within ±0.6."""
+
+_SCATTER = (-1.0, 1.0)
+"""Degrees of a row about the roadside's direction, which is itself known to half a degree."""
 
 
 @attrs.frozen
@@ -51,7 +58,11 @@ class Ranges:
         Probability, for either end of a row, that it runs out of the frame rather than ends after as many slots as
         real rows have.
     offset : tuple of float
-        Lateral offset in metres of the entrance line, added to the fitted distance from the car.
+        Lateral offset in metres of the entrance line, added to the fitted distance from the car, or to the roadside's
+        line.
+    on_line : float
+        Share of the rows that begin where the plate's own roadside does, where that is known, rather than at a fitted
+        distance from the car.
     symbol_rate : float
         Share of images with slot numbers or arrows.
     """
@@ -61,6 +72,7 @@ class Ranges:
     both_sides: float = attrs.field(default=0.25, validator=_share)
     run_on: float = attrs.field(default=0.7, validator=_share)
     offset: tuple[float, float] = attrs.field(default=(-0.3, 0.3), validator=interval(-10.0, 10.0))
+    on_line: float = attrs.field(default=0.5, validator=_share)
     symbol_rate: float = attrs.field(default=0.3, validator=_share)
 
 
@@ -84,7 +96,8 @@ def sample(
 ) -> tuple[Row, ...]:
     """Draw the rows of an image: none, one, or two opposite each other.
 
-    Each try to place a row draws from a stream of its own, so that its draws do not depend on the tries before.
+    Each try to place a row draws from a stream of its own, so that its draws do not depend on the tries before. Where
+    the plate's roadside is known, rows follow it, and a place where nothing stands in the slots is looked for first.
     """
     car = find_car(plate)
     if not car.sides:
@@ -109,25 +122,42 @@ def _placed(
     shape: Shape,
     opposite: Row | None = None,
 ) -> Row | None:
-    for attempt in range(TRIES):
-        rng = stream(job_seed, index, Stage.LAYOUT, 1, number, attempt)
-        place = _place(rng, ranges, fitted, car, shape, opposite)
-        if place is None:
-            continue
-        row = _fill(rng, ranges, fitted, plate, shape, *place)
-        if row is not None:
-            return row
+    for free, tries in ((True, 0 if plate.roadside is None else FREE_TRIES), (False, TRIES)):
+        for attempt in range(tries):
+            rng = stream(job_seed, index, Stage.LAYOUT, 1, number, attempt)
+            line_rng = stream(job_seed, index, Stage.LAYOUT, 2, number, attempt)
+            row = _place(rng, line_rng, ranges, fitted, plate, car, shape, opposite)
+            spots = None
+            if free:
+                row, spots = moved(row, plate, car)
+                if not len(spots):
+                    continue
+            if opposite is not None and not _leaves_an_aisle(row, opposite):
+                continue
+            row = _fill(rng, ranges, fitted, plate, row, spots)
+            if row is not None:
+                return row
     return None
 
 
 def _place(
-    rng: np.random.Generator, ranges: Ranges, fitted: Fitted, car: Car, shape: Shape, opposite: Row | None
-) -> tuple[float, np.ndarray] | None:
-    """Draw where the entrance line runs: its heading and its point nearest to the car's centre."""
-    family = getattr(fitted, shape.family)
+    rng: np.random.Generator,
+    line_rng: np.random.Generator,
+    ranges: Ranges,
+    fitted: Fitted,
+    plate: Plate,
+    car: Car,
+    shape: Shape,
+    opposite: Row | None,
+) -> Row:
+    """Draw where the entrance line runs: a row without slots, its origin the point nearest to the car's centre."""
+    family, roadside = getattr(fitted, shape.family), plate.roadside
     across = rng.random() < family.across and len(car.sides) == 2
     forwards = rng.random() < fitted.left
-    turn = quantile(rng, family.turn_across if across else family.turn)
+    if roadside is None:
+        turn = quantile(rng, family.turn_across if across else family.turn)
+    else:
+        turn = math.degrees(roadside.direction) - 90.0 + uniform(rng, _SCATTER)
     clearance = quantile(rng, family.clearance_across if across else family.clearance)
     offset = uniform(rng, ranges.offset)
     if opposite is None:
@@ -137,12 +167,27 @@ def _place(
     else:
         heading = opposite.heading + math.pi + math.radians(uniform(rng, _SKEW))
         clearance = abs(clearance)
-    normal = np.array([-math.sin(heading), math.cos(heading)])
-    distance = clearance + offset + car.reach(normal)
-    origin = np.array([car.x, 0.0]) + distance * normal
-    if opposite is not None and (np.asarray(opposite.origin) - origin) @ normal > -_AISLE:
-        return None
-    return heading, origin
+    row = Row(shape, (car.x, 0.0), heading, ())
+    on_line = roadside is not None and line_rng.random() < ranges.on_line
+    line = _roadside_line(row, roadside) if on_line else None
+    if line is None:
+        distance = clearance + offset + car.reach(row.normal)
+    else:
+        distance = line + offset - car.x * float(row.normal[0])
+    return shifted(row, distance)
+
+
+def _roadside_line(row: Row, roadside: Roadside) -> float | None:
+    """Metres along the row's normal from the frame's centre to where the roadside begins on that side."""
+    leftwards = float(row.normal @ (-math.sin(roadside.direction), math.cos(roadside.direction)))
+    if abs(leftwards) < math.cos(math.radians(45.0)):
+        return None  # the row runs across the roadside
+    line = roadside.left if leftwards > 0 else roadside.right
+    return None if line is None else line * math.copysign(1.0, leftwards)
+
+
+def _leaves_an_aisle(row: Row, opposite: Row) -> bool:
+    return float((np.asarray(opposite.origin) - row.origin) @ row.normal) <= -_AISLE
 
 
 def _fill(
@@ -150,22 +195,25 @@ def _fill(
     ranges: Ranges,
     fitted: Fitted,
     plate: Plate,
-    shape: Shape,
-    heading: float,
-    origin: np.ndarray,
+    row: Row,
+    free: np.ndarray | None,
 ) -> Row | None:
-    """Draw the slots along an entrance line; None where no whole slot would be seen."""
-    row = Row(shape, (float(origin[0]), float(origin[1])), heading, ())
+    """Draw the slots along an entrance line, one of them at one of the `free` places where such are known.
+
+    None where no whole slot would be seen.
+    """
+    shape = row.shape
     starts, ends = _slots_along(rng, fitted, shape)
     place = rng.random()
     count = 1 + int(np.searchsorted(np.cumsum(getattr(fitted, shape.family).count), rng.random()))
     before = min(int(rng.random() * count), count - 1)
     run_before, run_after = rng.random(2) < ranges.run_on
 
-    seen = _seen(row, plate)
+    seen = seen_part(row, plate.frame)
     if seen is None or seen[1] - seen[0] < shape.entrance:
         return None
-    shift = seen[0] + place * (seen[1] - seen[0] - shape.entrance)
+    room = seen[1] - seen[0] - shape.entrance
+    shift = seen[0] + place * room if free is None else free[int(place * len(free))]
     starts, ends = starts + shift, ends + shift
     number = np.arange(-_SIDE, _SIDE + 1)
     wanted = (run_before | (number >= -before)) & (run_after | (number < count - before))
@@ -177,7 +225,8 @@ def _fill(
     if not (wanted & near & (inside & on_ground).all(1)).any():
         return None
     shown = wanted & near & (~inside | on_ground).all(1)
-    if (wanted[:, None] & inside & ~on_ground).sum() > (wanted[:, None] & inside & on_ground).sum():
+    hidden = (wanted[:, None] & inside & ~on_ground).sum() > (wanted[:, None] & inside & on_ground).sum()
+    if hidden and free is None:
         return None
     return attrs.evolve(row, stretches=_stretches(starts[shown], ends[shown]))
 
@@ -193,19 +242,6 @@ def _slots_along(rng: np.random.Generator, fitted: Fitted, shape: Shape) -> tupl
     starts = np.concatenate([[0.0], np.cumsum(lengths + gaps)[:-1]])
     starts -= starts[_SIDE]
     return starts, starts + lengths
-
-
-def _seen(row: Row, plate: Plate) -> tuple[float, float] | None:
-    """The piece of the entrance line's axis that lies in the frame, metres from the row's origin."""
-    half = np.array(plate.frame.size) / 2
-    origin, along = np.asarray(row.origin), row.along
-    with np.errstate(divide="ignore", invalid="ignore"):
-        low, high = np.sort([(-half - origin) / along, (half - origin) / along], axis=0)
-    flat = along == 0
-    if (flat & (np.abs(origin) > half)).any():
-        return None
-    near, far = float(np.where(flat, -np.inf, low).max()), float(np.where(flat, np.inf, high).min())
-    return (near, far) if near < far else None
 
 
 def _look(row: Row, plate: Plate, front: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
