@@ -18,7 +18,7 @@ WINDOW = 7
 FINE = 2.0
 """Standard deviation in pixels of the Gaussian that divides texture from the rest."""
 
-REACH = 1.5
+REACH = 2.5
 """Standard deviation in pixels of the Gaussian mean on either side of the hole's rim."""
 
 
@@ -122,7 +122,7 @@ def texture(fill: np.ndarray, truth: np.ndarray, hole: np.ndarray) -> float:
 def step(fill: np.ndarray, truth: np.ndarray, hole: np.ndarray, beside: np.ndarray) -> float:
     """How much more the picture jumps across the hole's rim than the truth does there, in 8-bit levels.
 
-    At every pixel of the rim the Gaussian mean of the fill (reach 1.5 pixels) is held against that of the ground on the
+    At every pixel of the rim the Gaussian mean of the fill (reach 2.5 pixels) is held against that of the ground on the
     other side; mean over rim and channels of the absolute difference, less the same of the truth. 0 is a fill that
     joins as the ground does, above it a seam shows, below it the fill runs on more smoothly than the ground would.
 
