@@ -6,6 +6,8 @@ is replaced as the inpainting backends do it, so no car is ever seen.
 
 from __future__ import annotations
 
+import itertools
+
 import attrs
 import cv2
 import numpy as np
@@ -159,7 +161,7 @@ def _zebra(rng, sheet, width):
 
 def _figure(rng, sheet, width):
     points = rng.uniform(0.15, 0.85, 2) * len(sheet) + rng.normal(0, 2.5 * width, (int(rng.integers(3, 7)), 2))
-    for start, end in zip(points[:-1], points[1:], strict=True):
+    for start, end in itertools.pairwise(points):
         _stroke(sheet, start, end, width * 0.7)
 
 

@@ -19,7 +19,7 @@ from torch.nn.utils.parametrizations import spectral_norm
 
 from pavemark import files
 from pavemark.training import gaps
-from pavemark.training.fourier import CELL, GRAIN, Filler
+from pavemark.training.fourier import CELL, Filler
 
 PATCH = 192
 """Pixels a side of a patch."""
@@ -50,12 +50,12 @@ class Critic(nn.Module):
 
     def __init__(self) -> None:
         super().__init__()
-        sizes = ((3, 48, 4, 2), (48, 96, 4, 2), (96, 128, 4, 2), (128, 128, 3, 1))
+        sizes = ((3, 32, 4, 2), (32, 64, 4, 2), (64, 96, 4, 2), (96, 96, 3, 1))
         self.layers = nn.ModuleList(
             spectral_norm(nn.Conv2d(inward, outward, side, stride, padding=1))
             for inward, outward, side, stride in sizes
         )
-        self.verdict = spectral_norm(nn.Conv2d(128, 1, 1))
+        self.verdict = spectral_norm(nn.Conv2d(96, 1, 1))
 
     def forward(self, x: Tensor) -> tuple[Tensor, list[Tensor]]:
         """The verdict (B, 1, H / 8, W / 8), positive for ground, and what led to it."""
@@ -202,37 +202,37 @@ def _coarse_error(made: Tensor, truth: Tensor, judged: Tensor) -> Tensor:
     return total
 
 
-def _bank() -> Tensor:
-    """Filters (8, 1, 3, 3): slopes and ridges in four directions."""
-    right = torch.tensor([[-1.0, 0, 1], [-2, 0, 2], [-1, 0, 1]]) / 8
-    slant = torch.tensor([[-2.0, -1, 0], [-1, 0, 1], [0, 1, 2]]) / 8
-    ridge = torch.tensor([[-1.0, 2, -1], [-2, 4, -2], [-1, 2, -1]]) / 16
-    crest = torch.tensor([[-2.0, -1, 2], [-1, 4, -1], [2, -1, -2]]) / 16
-    bases = (right, slant, ridge, crest)
-    return torch.stack([*bases, *(torch.rot90(base) for base in bases)])[:, None]
-
-
 def _energy_error(filled: Tensor, truth: Tensor, judged: Tensor) -> Tensor:
     """How far the texture's strength, band by band and direction by direction, is from the ground's.
 
-    A band of three octaves each is filtered out in all four directions; its strength is the root mean square over
-    about 12 pixels. Where exactly a grain lies does not count, how strong it is does.
+    Differences of neighbours in four directions, at three resolutions, of brightness and of red against blue; their
+    strength is the root mean square over about 12 pixels. Where exactly a grain lies does not count, how strong it is
+    does.
     """
-    bank, total = _bank(), 0.0
-    both = torch.cat([filled, truth])
-    weight = judged
+    total, weight = 0.0, judged
+    made, true = (torch.stack([x.mean(1), x[:, 0] - x[:, 2]], 1) for x in (filled, truth))
     for octave in range(3):
-        x = both.reshape(-1, 1, *both.shape[-2:])
-        response = functional.conv2d(x, bank, padding=1).square()
         window = 12 >> octave
-        strength = (functional.avg_pool2d(response, window, max(1, window // 2)) + 1e-3).sqrt()
-        made, true = strength.chunk(2)
-        held = functional.avg_pool2d(weight, window, max(1, window // 2))
-        difference = (made - true).abs().reshape(len(filled), -1, *made.shape[-2:])
-        total = total + 2**octave * _mean(difference, held)
-        both = functional.avg_pool2d(both, 2)
-        weight = functional.avg_pool2d(weight, 2)
+        held = functional.avg_pool2d(weight, window, window // 2)
+        pairs = zip(_strengths(made, window), _strengths(true, window), strict=True)
+        error = sum((one - other).abs() for one, other in pairs)
+        total = total + 2**octave * _mean(error, held)
+        made, true, weight = (functional.avg_pool2d(x, 2) for x in (made, true, weight))
     return total
+
+
+def _strengths(x: Tensor, window: int) -> list[Tensor]:
+    found = []
+    for one, other in (
+        (x[..., 1:], x[..., :-1]),
+        (x[..., 1:, :], x[..., :-1, :]),
+        (x[..., 1:, 1:], x[..., :-1, :-1]),
+        (x[..., 1:, :-1], x[..., :-1, 1:]),
+    ):
+        lacking = (0, x.shape[-1] - one.shape[-1], 0, x.shape[-2] - one.shape[-2])
+        square = functional.pad((one - other).square(), lacking)
+        found.append((functional.avg_pool2d(square, window, window // 2) + 1e-3).sqrt())
+    return found
 
 
 def _feature_error(made: list[Tensor], wanted: list[Tensor], judged: Tensor) -> Tensor:
