@@ -143,6 +143,12 @@ def _car(rng: np.random.Generator, centre: np.ndarray, angle: float, scale: floa
     for x in (0.5, -0.5):
         colour = np.array([0.03, 0.08, 0.4] if rng.random() < 0.7 else [0.05, 0.3, 0.1])
         parts.append((_slab(centre + along * x * long, angle, scale, 0.5, 0.45), _flat(colour)))
+    for _ in range(int(rng.integers(2, 9))):
+        # Chrome, gaps, reflections of the sky: thin and of any brightness.
+        at = centre + along * rng.uniform(-0.5, 0.5) * long + across * rng.choice([-0.5, -0.2, 0.0, 0.3, 0.5]) * wide
+        size = rng.uniform(0.05, 1.2), rng.uniform(0.03, 0.9), rng.uniform(0.02, 0.08)
+        trim = _slab(at, angle, scale, rng.uniform(0.25, 1.1), size[1], size[0], size[2])
+        parts.append((trim, _flat(np.full(3, rng.choice([0.01, 0.2, 0.6, 0.9])))))
     return Body(_box(centre, long, wide, angle), 1.5, outline, shade, tuple(parts), rng.uniform(0.3, 0.9))
 
 
@@ -167,8 +173,16 @@ def _fittings(rng: np.random.Generator):
     )
 
 
-def _slab(at: np.ndarray, angle: float, scale: float, height: float, wide: float = 0.35) -> Outline:
-    return lambda z: _box(at, 0.14 * scale, wide * scale, angle) if abs(z - height) < 0.07 else None
+def _slab(
+    at: np.ndarray,
+    angle: float,
+    scale: float,
+    height: float,
+    wide: float = 0.35,
+    long: float = 0.14,
+    half: float = 0.07,
+) -> Outline:
+    return lambda z: _box(at, long * scale, wide * scale, angle) if abs(z - height) < half else None
 
 
 def _flat(colour: np.ndarray) -> Shade:

@@ -20,7 +20,7 @@ class Light:
     sun : ndarray (2,) or None
         Metres of shadow for a metre of height, in image axes.
     glare : float
-        Strength of what a mirror of a floor would reflect; 0 without lamps.
+        Light that a mirror of a floor would reflect, in units of what the ground sends back; 0 without lamps.
     exposure : float
         Mean linear light of the pictures.
     noise : float
@@ -52,7 +52,7 @@ def sample(rng: np.random.Generator, scale: float) -> Light:
         # Shade is lit by the sky alone, and blue.
         shade = np.array([0.85, 1.0, 1.2])
     tinted = level[..., None] * (shade + (1 - shade) * np.clip(level, 0, 1)[..., None])
-    return Light(tinted.astype(np.float32), sun, 0.15 * (rng.random() < 0.2), float(rng.uniform(0.1, 0.3)), 1.0)
+    return Light(tinted.astype(np.float32), sun, 0.5 * (rng.random() < 0.2), float(rng.uniform(0.1, 0.3)), 1.0)
 
 
 def _indoors(rng: np.random.Generator, scale: float) -> Light:
@@ -63,7 +63,7 @@ def _indoors(rng: np.random.Generator, scale: float) -> Light:
         reach = rng.uniform(1.0, 3.5) * scale
         level += rng.uniform(0.1, 1.0) * np.exp(-((u - x) ** 2 + (v - y) ** 2) / (2 * reach**2))
     tint = 1 + rng.normal(0, 0.08, 3)
-    glare = rng.uniform(0.1, 1.6) if rng.random() < 0.75 else 0.0
+    glare = np.exp(rng.uniform(np.log(0.3), np.log(5.0))) if rng.random() < 0.75 else 0.0
     exposure = float(np.exp(rng.uniform(np.log(0.03), np.log(0.3))))
     return Light(
         (level[..., None] * tint).astype(np.float32), None, float(glare), exposure, float(rng.uniform(0.8, 1.8))
@@ -104,11 +104,11 @@ def streaks(rng: np.random.Generator, polar: tuple[np.ndarray, np.ndarray], scal
     angle, distance = polar
     metres = distance / np.float32(scale)
     total = np.zeros((SIDE, SIDE), np.float32)
-    for _ in range(int(rng.integers(0, 7))):
+    for _ in range(int(rng.integers(0, 9))):
         off = np.abs((angle - rng.uniform(-np.pi, np.pi) + np.pi) % (2 * np.pi) - np.pi)
         near, long = rng.uniform(0.3, 4), rng.uniform(0.2, 3)
         # A lamp's image is as wide in metres as the lamp, or as its floor is rough.
-        width = rng.uniform(0.015, 0.25) / np.maximum(near, 0.5)
+        width = np.exp(rng.uniform(np.log(0.015), np.log(0.3))) / np.maximum(near, 0.5)
         profile = np.exp(-(np.clip((metres - near) / long, -4, 4) ** 2)) * (metres > 0.2)
         total += rng.uniform(0.1, 1.5) * np.exp(-((off / width) ** 2)) * profile
     if rng.random() < 0.6:

@@ -11,6 +11,9 @@ from pavemark.training.canvas import SIDE, Stencil, clouds, speckle
 FAINTEST = 1.18
 """Least ratio of paint to floor, in linear light: what nobody can see cannot be learnt."""
 
+INLAID = 0.12
+"""Share of coats that are no paint but stones laid into the floor."""
+
 
 @attrs.frozen(eq=False)
 class Row:
@@ -79,7 +82,7 @@ def sample(rng: np.random.Generator, scale: float, turn: float, slots: tuple[Row
             stencil = Stencil()
             _figures(rng, stencil, row, scale)
             coats.append(stencil.coverage())
-    others = (_lanes, _lanes, _zebra, _arrow, _arrow, _words, _hatching, _curve, _strokes, _box)
+    others = (_lanes, _lanes, _zebra, _zebra, _arrow, _arrow, _words, _hatching, _curve, _strokes, _box)
     for _ in range(int(rng.choice(4, p=(0.3, 0.4, 0.2, 0.1) if slots else (0.1, 0.35, 0.35, 0.2)))):
         stencil = Stencil()
         others[int(rng.integers(len(others)))](rng, stencil, scale, turn)
@@ -199,7 +202,7 @@ def _lanes(rng, stencil, scale, turn):
 def _zebra(rng, stencil, scale, turn):
     along, across = _frame(rng, turn)
     centre, count = _place(rng), int(rng.integers(3, 12))
-    wide, step, long = rng.uniform(0.3, 0.6) * scale, rng.uniform(0.6, 1.2) * scale, rng.uniform(1.5, 4.5) * scale
+    wide, step, long = rng.uniform(0.3, 0.7) * scale, rng.uniform(0.6, 1.2) * scale, rng.uniform(1.5, 4.5) * scale
     for k in range(count):
         start = centre + across * (k - count / 2) * max(step, 1.4 * wide)
         stencil.line(np.array([start - along * long / 2, start + along * long / 2]), wide)
@@ -306,6 +309,11 @@ def laid_on(rng: np.random.Generator, albedo: np.ndarray, coat: np.ndarray, pain
     if not inside.any():
         return albedo
     below = albedo[inside].mean(0)
+    if rng.random() < INLAID:
+        # Stones of the floor's own kind, without its joints and holes.
+        paint = np.percentile(albedo[inside], rng.uniform(60, 95), axis=0)
+        paint = paint * rng.uniform(0.85, 1.3) * (1 + rng.normal(0, 0.06, 3))
+        return _coated(rng, albedo, coat, paint)
     opacity = 1 - rng.beta(1.2, 2.2) * 0.85
     # The channel in which paint and floor differ most must show the coat.
     contrast = np.abs(np.log((opacity * paint + (1 - opacity) * below) / below)).max()
@@ -316,6 +324,11 @@ def laid_on(rng: np.random.Generator, albedo: np.ndarray, coat: np.ndarray, pain
     if rng.random() < 0.7:
         loss = wear * 2.4 - 1.6 + 0.5 * clouds(rng, rng.uniform(6, 40), 4) + rng.uniform(0, 0.6) * clouds(rng, 4, 2)
         kept = kept * np.clip(1 - loss, 0.12, 1)
+    return _coated(rng, albedo, kept, paint)
+
+
+def _coated(rng: np.random.Generator, albedo: np.ndarray, kept: np.ndarray, paint: np.ndarray) -> np.ndarray:
+    """The floor where so much of a coat is kept."""
     texture = 1 + rng.uniform(0, 0.06) * clouds(rng, 20, 4) + rng.uniform(0, 0.06) * speckle(rng)
     if rng.random() < 0.4:
         # Thin paint shows the relief of the floor.

@@ -92,9 +92,7 @@ def train(pool: np.ndarray, out: Path, steps: int, seed: int, threads: int, tell
     torch.set_num_threads(threads)
     cv2.setNumThreads(1)
     network = Segmenter().to(memory_format=torch.channels_last)
-    averaged = torch.optim.swa_utils.AveragedModel(
-        network, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(KEPT), use_buffers=True
-    )
+    averaged = torch.optim.swa_utils.AveragedModel(network, avg_fn=_average, use_buffers=True)
     optimiser = torch.optim.AdamW(network.parameters(), lr=RATE, weight_decay=DECAY)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, RATE, total_steps=steps + 1, pct_start=0.1)
     state = out.with_suffix(".state")
@@ -122,6 +120,12 @@ def train(pool: np.ndarray, out: Path, steps: int, seed: int, threads: int, tell
             tell(step + 1, told)
     write(out, exported(averaged.module, f"steps {steps}, seed {seed}, views {len(pool)}"))
     state.unlink(missing_ok=True)
+
+
+def _average(kept: torch.Tensor, new: torch.Tensor, count: torch.Tensor) -> torch.Tensor:
+    # The first weights are no better than chance: they must not weigh as much as later ones.
+    share = torch.clamp((1 + count) / (10 + count), max=KEPT)
+    return kept + (1 - share) * (new - kept)
 
 
 def loss(logits: torch.Tensor, truth: torch.Tensor) -> torch.Tensor:

@@ -180,7 +180,8 @@ def _seen(
     for camera in seen_by.cameras:
         picture = ground.copy()
         if lit.glare:
-            picture += (lit.glare * gloss * light.streaks(rng, camera.polar, seen_by.scale))[..., None]
+            mirrored = lit.glare * gloss * light.streaks(rng, camera.polar, seen_by.scale)
+            picture += mirrored[..., None] * float(ground.mean())
         seen_ground = np.ones((SIDE, SIDE), np.uint8)
         shapes = bodies.seen(standing, camera.foot, camera.height, seen_by.scale)
         bodies.draw(picture, seen_ground, [(shape, colour * ambient) for shape, colour in shapes])
