@@ -12,7 +12,10 @@ FAINTEST = 1.18
 """Least ratio of paint to floor, in linear light: what nobody can see cannot be learnt."""
 
 INLAID = 0.12
-"""Share of coats that are no paint but stones laid into the floor."""
+"""Share of coats that are no paint but stones laid into the floor, where it has a pattern that they break."""
+
+ROUGH = 0.2
+"""Deviation of such a floor's reflectance, as a share of its mean."""
 
 
 @attrs.frozen(eq=False)
@@ -309,7 +312,7 @@ def laid_on(rng: np.random.Generator, albedo: np.ndarray, coat: np.ndarray, pain
     if not inside.any():
         return albedo
     below = albedo[inside].mean(0)
-    if rng.random() < INLAID:
+    if rng.random() < INLAID and albedo[inside].std(0).mean() > ROUGH * below.mean():
         # Stones of the floor's own kind, without its joints and holes.
         paint = np.percentile(albedo[inside], rng.uniform(60, 95), axis=0)
         paint = paint * rng.uniform(0.85, 1.3) * (1 + rng.normal(0, 0.06, 3))
