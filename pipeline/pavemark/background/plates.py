@@ -12,11 +12,10 @@ import cv2
 import numpy as np
 
 from pavemark.background import cache
-from pavemark.background.ego import ego_car
+from pavemark.background.finding import SEGMENTERS, classes
 from pavemark.background.inpainting import inpainter
-from pavemark.background.markings import find_markings
 from pavemark.background.ratios import reflectance_ratios
-from pavemark.background.reading import Classes, MaskTable, read_image, read_mask
+from pavemark.background.reading import MaskTable, read_image
 from pavemark.errors import InputError
 from pavemark.ground import Frame
 from pavemark.plate import Plate
@@ -44,7 +43,8 @@ class _Source:
 
     def key(self) -> str:
         """Hash of all that the plate's pixels depend on, the files by their content."""
-        finder = self.segmenter if self.mask is None else None
+        complete = self.mask is not None and self.table.ground is not None
+        finder = None if complete else SEGMENTERS[self.segmenter].version
         settings = [VERSION, self.scale, unstructure(self.table), self.method, inpainter(self.method).version, finder]
         digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
         for path in (self.image, self.mask):
@@ -121,47 +121,20 @@ def _frame(source: _Source, width: int, height: int) -> Frame:
 
 def _made(source: _Source, pixels: np.ndarray, frame: Frame) -> dict[str, np.ndarray]:
     """What is worked out of an image: which pixels are marking and ground, what fills the hole, the ratios."""
-    classes = _classes(source, pixels, frame)
-    hole = _hole(classes.marking, classes.ground, frame)
+    found = classes(pixels, source.mask, source.table, SEGMENTERS[source.segmenter], frame)
+    hole = _hole(found.marking, found.ground, frame)
     try:
-        clean = inpainter(source.method).fill(pixels, hole, ~classes.ground)
+        clean = inpainter(source.method).fill(pixels, hole, ~found.ground)
     except ValueError as error:
         where = source.image if source.mask is None else source.mask
         told = f"markings cover the whole ground ({error}): some bare ground is needed to fill them"
         raise InputError(where, told) from None
     return {
-        "markings": np.packbits(classes.marking),
-        "ground": np.packbits(classes.ground),
+        "markings": np.packbits(found.marking),
+        "ground": np.packbits(found.ground),
         "filled": clean[hole],
-        "ratios": np.array(reflectance_ratios(pixels, classes.marking, hole, classes.ground, frame)).reshape(-1, 3),
+        "ratios": np.array(reflectance_ratios(pixels, found.marking, hole, found.ground, frame)).reshape(-1, 3),
     }
-
-
-def _classes(source: _Source, pixels: np.ndarray, frame: Frame) -> Classes:
-    if source.mask is None:
-        return SEGMENTERS[source.segmenter](pixels, frame)
-    classes = read_mask(source.mask, source.table, pixels.shape[:2])
-    # A mask that says what is ground is believed; one that only knows markings is not asked about the car.
-    ground = classes.ground if source.table.ground is not None else ~ego_car(pixels, frame)
-    return Classes(classes.marking & ground, ground)
-
-
-def _by_strokes(pixels: np.ndarray, frame: Frame) -> Classes:
-    ground = ~ego_car(pixels, frame)
-    return Classes(find_markings(pixels, ground, frame), ground)
-
-
-def _by_network(pixels: np.ndarray, frame: Frame) -> Classes:
-    # Its runtime takes half a second to load, and the other way is to work without it.
-    from pavemark.background.segmenter import segment  # noqa: PLC0415
-
-    found = segment(pixels, frame)
-    ground = (found.ground > 0.5) & ~ego_car(pixels, frame)
-    return Classes((found.marking > 0.5) & ground, ground)
-
-
-SEGMENTERS = {"strokes": _by_strokes, "network": _by_network}
-"""What finds the markings and the ground of an image without a mask, by name."""
 
 
 def _hole(markings: np.ndarray, ground: np.ndarray, frame: Frame) -> np.ndarray:

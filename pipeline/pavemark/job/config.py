@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 
 from pavemark.background import inpainting
-from pavemark.background.plates import SEGMENTERS
+from pavemark.background.finding import SEGMENTERS
 from pavemark.background.reading import MaskTable
 from pavemark.errors import InputError
 from pavemark.randomize.domains import Domains, preset
