@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import signal
 from collections.abc import Callable, Iterator
 from multiprocessing import get_context
 from pathlib import Path
@@ -66,14 +66,15 @@ def drawn(folder: Path, count: int, seed: int, painted: bool, workers: int, tell
 
 def _drawn(numbers: range, seed: int, painted: bool, workers: int) -> Iterator[tuple[int, np.ndarray]]:
     # Fresh processes: threads of torch and OpenCV do not survive a fork.
-    with get_context("spawn").Pool(workers, _one_thread) as crew:
+    with get_context("spawn").Pool(workers, _alone) as crew:
         tasks = ((number, seed, painted) for number in numbers)
         yield from zip(numbers, crew.imap(_view, tasks, chunksize=2), strict=True)
 
 
-def _one_thread() -> None:
+def _alone() -> None:
     cv2.setNumThreads(1)
-    os.environ["OMP_NUM_THREADS"] = "1"
+    # Ctrl-C reaches every process of a terminal; the one that started these ends them.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _view(task: tuple[int, int, bool]) -> np.ndarray:
