@@ -17,7 +17,7 @@ from pavemark.cli.words import cores
 from pavemark.errors import InputError
 from pavemark.training.pool import drawn
 
-VIEWS, STEPS = 1600, {"segmenter": 5000, "inpainter": 6000}
+VIEWS, STEPS = 1600, {"segmenter": 4500, "inpainter": 6000}
 """What the shipped networks were trained on, and for how long."""
 
 EVERY = 100
@@ -28,7 +28,7 @@ EVERY = 100
 @click.argument("network", type=click.Choice(list(STEPS)))
 @click.option("--out", metavar="FILE", required=True, type=click.Path(path_type=Path), help="The model, ONNX.")
 @click.option("--views", type=click.IntRange(60, 10**6), default=VIEWS, show_default=True, help="Pictures to draw.")
-@click.option("--steps", type=click.IntRange(1), show_default="5000, 6000", help="Steps of training.")
+@click.option("--steps", type=click.IntRange(1), show_default="4500, 6000", help="Steps of training.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="All else follows from it.")
 @click.option("--threads", type=click.IntRange(1), default=cores, show_default="all cores", help="Of the training.")
 @click.option("--workers", type=click.IntRange(1), default=cores, show_default="all cores", help="Of the drawing.")
