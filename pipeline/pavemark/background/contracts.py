@@ -107,7 +107,7 @@ class Contract:
         mask = np.where(hole, self.hole, self.known)[None, None]
         shown = np.where(hole & self.bare, 0, image.transpose(2, 0, 1))[None]
         if self.type == "uint8":
-            feeds = {"image": np.ascontiguousarray(shown), "mask": mask.astype(np.uint8)}
+            feeds = {"image": np.ascontiguousarray(shown, np.uint8), "mask": mask.astype(np.uint8)}
         else:
             feeds = {"image": (shown / 255).astype(np.float32), "mask": mask.astype(np.float32)}
         result = network.run(feeds, (1, 3, rows, columns))[0, :, :height, :width].transpose(1, 2, 0)
@@ -118,7 +118,7 @@ CONTRACTS = {
     contract.name: contract
     for contract in (
         Contract("lama-512", "float", "output", side=512, crop=512, whole=True, white=None),
-        # 640 lets an image of 10 m pass in one piece. Memory grows with the area: 1 GB and more at 512 × 512.
+        # 640 lets an image of 600 × 600 pass in one piece; memory and time grow with the area.
         Contract("lama-dynamic", "float", "output", side=None, crop=640, whole=False, white=None),
         # The graph takes any size, and squeezes it to 512 × 512.
         Contract("migan", "uint8", "result", None, 512, whole=True, white=255, hole=0, known=255, bare=False),
