@@ -207,3 +207,25 @@ def test_a_plate_is_the_same_bytes_everywhere(tmp_path):
     plates._plate.cache_clear()
     digest = hashlib.sha256(first.image.tobytes()).hexdigest()
     assert digest == hashlib.sha256(made((tmp_path / "a.png", tmp_path / "masks/a.png")).image.tobytes()).hexdigest()
+
+
+def test_the_roadside_is_found_and_kept(files, monkeypatch):
+    image = np.full((180, 200, 3), 95, np.uint8)
+    mask = np.zeros((180, 200), np.uint8)
+    mask[:, 150:154] = mask[20:24, 154:] = mask[120:124, 154:] = 1
+    image[mask > 0] = 150
+    saved(files[0].parent, image, mask)
+    first = made(files)
+    assert first.roadside.direction == pytest.approx(np.pi / 2, abs=0.01)
+    assert first.roadside.right == pytest.approx(-52 / 40, abs=0.05)
+    assert first.roadside.left is None
+    plates._plate.cache_clear()
+    monkeypatch.setattr(plates, "_made", None)
+    assert made(files).roadside == first.roadside
+
+
+def test_bare_ground_has_no_roadside(files):
+    saved(files[0].parent, np.full((180, 200, 3), 95, np.uint8), np.zeros((180, 200), np.uint8))
+    assert made(files).roadside is None
+    plates._plate.cache_clear()
+    assert made(files).roadside is None

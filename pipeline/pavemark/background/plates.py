@@ -12,17 +12,19 @@ import cv2
 import numpy as np
 
 from pavemark.background import cache
+from pavemark.background.ego import ego_car
 from pavemark.background.finding import SEGMENTERS, classes
 from pavemark.background.inpainting import inpainter
 from pavemark.background.ratios import reflectance_ratios
 from pavemark.background.reading import MaskTable, read_image
+from pavemark.background.roadside import find_roadside
 from pavemark.errors import InputError
 from pavemark.ground import Frame
-from pavemark.plate import Plate
+from pavemark.plate import Plate, Roadside
 from pavemark.records import unstructure
 from pavemark.scene import PlateRef
 
-VERSION = 3
+VERSION = 4
 """Counted up with every change that makes other plates of the same input: plates in the cache are then made anew."""
 
 SOFT_EDGE = 7 / 60
@@ -106,7 +108,7 @@ def _plate(source: _Source, key: str) -> Plate:
     for array in (pixels, clean, markings, ground):
         array.setflags(write=False)
     ratios = tuple((float(r), float(g), float(b)) for r, g, b in kept["ratios"])
-    return Plate(source.image.stem, frame, clean, ground, markings, pixels, ratios)
+    return Plate(source.image.stem, frame, clean, ground, markings, pixels, ratios, _roadside(kept["roadside"]))
 
 
 def _frame(source: _Source, width: int, height: int) -> Frame:
@@ -129,11 +131,14 @@ def _made(source: _Source, pixels: np.ndarray, frame: Frame) -> dict[str, np.nda
         where = source.image if source.mask is None else source.mask
         told = f"markings cover the whole ground ({error}): some bare ground is needed to fill them"
         raise InputError(where, told) from None
+    roadside = find_roadside(found.marking, found.ground, ego_car(pixels, frame), frame)
     return {
         "markings": np.packbits(found.marking),
         "ground": np.packbits(found.ground),
         "filled": clean[hole],
         "ratios": np.array(reflectance_ratios(pixels, found.marking, hole, found.ground, frame)).reshape(-1, 3),
+        # nan stands for a line that was not found.
+        "roadside": np.array([] if roadside is None else attrs.astuple(roadside), np.float64),
     }
 
 
@@ -141,6 +146,10 @@ def _hole(markings: np.ndarray, ground: np.ndarray, frame: Frame) -> np.ndarray:
     """The markings with their soft edge, as far as they lie on the ground."""
     radius = max(2, round(SOFT_EDGE * frame.scale))
     return (cv2.dilate(markings.astype(np.uint8), np.ones((2 * radius + 1, 2 * radius + 1), np.uint8)) > 0) & ground
+
+
+def _roadside(kept: np.ndarray) -> Roadside | None:
+    return Roadside(*(None if np.isnan(value) else value for value in kept.tolist())) if len(kept) else None
 
 
 def _unpacked(bits: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
