@@ -13,7 +13,7 @@ from typing import Any
 import attrs
 import cv2
 
-from pavemark.accuracy.clock import now
+from pavemark.accuracy.clock import spent
 from pavemark.errors import InputError
 
 THREADS = 1
@@ -30,7 +30,7 @@ class Answer:
     value : Any
         What the function returned.
     seconds : float
-        Wall time of the call alone.
+        Processor time of the call alone, see `pavemark.accuracy.clock`.
     peak_mb : float
         Most memory (resident, 10⁶ bytes) that the process has held so far; nan where the system is
         not Linux.
@@ -111,14 +111,14 @@ def _serve(pipe: Connection, function: Callable[..., Any]) -> None:
             arguments = pipe.recv()
         except EOFError:
             return
-        start = now()
+        start = spent()
         try:
             value, fault = function(*arguments), None
         except InputError as error:
             value, fault = None, str(error)
         except Exception as error:  # whatever a method does wrong is its own fault and no one else's
             value, fault = None, f"{type(error).__name__}: {error}"
-        pipe.send((fault, value, now() - start, _peak()))
+        pipe.send((fault, value, spent() - start, _peak()))
 
 
 def _peak() -> float:

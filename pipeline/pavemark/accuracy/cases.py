@@ -18,6 +18,9 @@ from pavemark.plate import Plate
 FEW = 0.005
 """Share of the picture: with less marking than this an image is judged with the marking of another."""
 
+QUICK = 4
+"""Images that are judged when there is little time."""
+
 CHEAPEST = "navier-stokes"
 
 Thing = TypeVar("Thing")
@@ -78,7 +81,8 @@ def some(things: Sequence[Thing], most: int) -> tuple[Thing, ...]:
     >>> some("abcdefg", 3)
     ('a', 'd', 'g')
     """
-    return tuple(things[k] for k in np.linspace(0, len(things) - 1, min(most, len(things))).round().astype(int))
+    chosen = np.linspace(0, len(things) - 1, min(most, len(things))).round().astype(int)
+    return tuple(things[k] for k in chosen)
 
 
 def cases(sample: Sample, refuse: Callable[[str], None]) -> Iterator[Case | None]:

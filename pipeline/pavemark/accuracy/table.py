@@ -39,16 +39,15 @@ def spread(values: Sequence[float], digits: int) -> str:
     Examples
     --------
     >>> spread([1.0, 2.0, 3.0, 4.0, float("nan"), 9.0], 1)
-    '3.0 (2.0–4.0)'
+    '3.0 (2.0 to 4.0)'
     >>> spread([float("nan")], 1)
     '–'
     """
     known = [value for value in values if not np.isnan(value)]
     if not known:
         return "–"
-    # "lower" and "higher" would do as well; what is between two infinities is no number.
-    low, middle, high = (float(np.percentile(known, share, method="nearest")) for share in (25, 50, 75))
-    return f"{middle:.{digits}f} ({low:.{digits}f}–{high:.{digits}f})"
+    low, middle, high = np.percentile(known, (25, 50, 75))
+    return f"{middle:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
 
 
 def _plain(value: object) -> object:

@@ -10,7 +10,9 @@ from collections.abc import Sequence
 import click
 
 from pavemark import __version__
+from pavemark.cli.accuracy import accuracy
 from pavemark.cli.models import models
+from pavemark.cli.plates import plates
 from pavemark.cli.render import render
 from pavemark.cli.show import explain, preview
 from pavemark.cli.train import train
@@ -33,7 +35,7 @@ def pavemark(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for _command in (render, preview, explain, models, train):
+for _command in (render, plates, preview, explain, models, train, accuracy):
     pavemark.add_command(_command)
 
 
