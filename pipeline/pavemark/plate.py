@@ -58,6 +58,9 @@ class Plate:
         when the image had none.
     roadside : Roadside or None
         None where nothing certain is known of it.
+    blur : tuple of tuple of float, or None
+        The input image's own blur, as `pavemark.scene.Optics.blur`, where it was measured before; None where `source`
+        is to be asked.
     """
 
     name: str
@@ -68,6 +71,7 @@ class Plate:
     source: np.ndarray
     ratios: tuple[RGB, ...] = ()
     roadside: Roadside | None = None
+    blur: tuple[tuple[float, ...], ...] | None = None
 
     @cached_property
     def sha256(self) -> str:

@@ -188,15 +188,25 @@ def from_json(cls: type[T], path: Path) -> T:
     InputError
         When the file cannot be read, is not JSON or is not such a record.
     """
+    return structure(cls, read_json(path), path)
+
+
+def read_json(path: Path) -> Any:
+    """Read a JSON file as plain data.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be read, is not JSON or holds a number that is not finite.
+    """
 
     def refuse(constant: str) -> float:
         raise ValueError(f"{constant} is not a finite number")
 
     try:
         # Editors of some systems put a byte order mark before the text.
-        data = json.loads(Path(path).read_text(encoding="utf-8-sig"), parse_constant=refuse)
+        return json.loads(Path(path).read_text(encoding="utf-8-sig"), parse_constant=refuse)
     except OSError as error:
         raise InputError(path, f"cannot be read: {error.strerror}") from None
     except (ValueError, RecursionError) as error:
         raise InputError(path, f"not a JSON file: {error}") from None
-    return structure(cls, data, path)

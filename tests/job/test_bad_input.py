@@ -152,7 +152,9 @@ def test_inputs_and_strangers_are_not_written_over(inputs, tmp_path, capfd):
     shutil.copy(inputs / "images" / "a.png", home / "images" / "000000.png")
     before = (home / "images" / "000000.png").read_bytes()
     job = ("render", "--images", home / "images", "--count", "1", "--workers", "1", "--scale", "12", "--out")
-    assert f"{home}: has files in images and no job.json" in refused(capfd, *job, home)
+    assert f"{home}/images: is the folder of the inputs" in refused(capfd, *job, home)
+    other = ("render", "--images", inputs / "images", "--out", home)
+    assert f"{home}: has files in images and no job.json" in refused(capfd, *other)
     assert "is the folder of the inputs" in refused(capfd, *job, home / "images")
     assert [path.name for path in home.rglob("*")] == ["images", "000000.png"]
     assert (home / "images" / "000000.png").read_bytes() == before

@@ -5,13 +5,14 @@ import numpy as np
 import pytest
 
 from commandline import pavemark
+from pavemark.job.contact_sheet import LARGEST
 from pavemark.job.folder import recorded
-from pavemark.job.preview import LARGEST, preview
+from pavemark.job.preview import preview
 from pavemark.labels.truth import truth
 from pavemark.records import from_json
 from pavemark.scene import Scene
 
-SCALE, GAP, HEAD = 4, 6, 22
+SCALE, GAP, HEAD = 4, 6, 38
 """Of the sheet for so small images."""
 
 

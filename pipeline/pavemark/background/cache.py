@@ -52,8 +52,16 @@ def _installed(package: str) -> str:
         return ""
 
 
-_LIBRARIES = repr((cv2.__version__, _installed("PyPatchMatch"), scipy.__version__, np.__version__, oiio.VERSION_STRING))
-_SHELF = hashlib.sha256(_LIBRARIES.encode()).hexdigest()[:12]
+LIBRARIES = {
+    "opencv": cv2.__version__,
+    "PyPatchMatch": _installed("PyPatchMatch"),
+    "scipy": scipy.__version__,
+    "numpy": np.__version__,
+    "OpenImageIO": oiio.VERSION_STRING,
+}
+"""Versions of what plates are made with."""
+
+_SHELF = hashlib.sha256(repr(tuple(LIBRARIES.values())).encode()).hexdigest()[:12]
 """Folder of what these versions of the libraries made: others may differ in the last bit."""
 
 

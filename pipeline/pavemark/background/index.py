@@ -54,10 +54,10 @@ def index(images: Path, masks: Path | None = None) -> tuple[tuple[Entry, ...], t
         When a folder is missing, unreadable, no folder or holds no image (no mask), when two images share a stem,
         or when no mask has the name of an image.
     """
-    found = _by_stem(images, EXTENSIONS, "image")
+    found = listed(images, EXTENSIONS, "image")
     if masks is None:
         return tuple(Entry(name, found[name]) for name in sorted(found)), ()
-    known = _by_stem(masks, (".png",), "PNG mask")
+    known = listed(masks, (".png",), "PNG mask")
     entries = tuple(Entry(name, found[name], known[name]) for name in sorted(found.keys() & known.keys()))
     if not entries:
         raise InputError(
@@ -68,7 +68,14 @@ def index(images: Path, masks: Path | None = None) -> tuple[tuple[Entry, ...], t
     return entries, tuple(alone)
 
 
-def _by_stem(folder: Path, extensions: tuple[str, ...], what: str) -> dict[str, Path]:
+def listed(folder: Path, extensions: tuple[str, ...], what: str) -> dict[str, Path]:
+    """The files of a folder that end in one of the extensions, by stem; `what` they are is told in errors.
+
+    Raises
+    ------
+    InputError
+        When the folder is missing, unreadable, no folder or holds none, or when two share a stem.
+    """
     folder = Path(folder)
     try:
         with os.scandir(folder) as entries:

@@ -110,6 +110,47 @@ def read_mask(path: Path, table: MaskTable, shape: tuple[int, int]) -> Classes:
     InputError
         When it cannot be read, is not such a PNG, is of another size or holds a value the table does not know.
     """
+    values = _values(path, shape)
+    marking = np.isin(values, table.marking)
+    ground = marking | np.isin(values, (0,) if table.ground is None else table.ground)
+    if table.ground is None and not ground.all():
+        known = ", ".join(map(str, table.marking))
+        other = values[~ground].min()
+        raise InputError(
+            path,
+            f"mask value {other}: allowed are 0 (ground), {known} (marking); "
+            f"others need a [mask] table in the job file, such as marking = [{other}] or ground = [0]",
+        )
+    return Classes(marking, ground)
+
+
+def read_flags(path: Path, shape: tuple[int, int]) -> np.ndarray:
+    """Read a mask of 0 and 1.
+
+    Parameters
+    ----------
+    path : Path
+        As for `read_mask`.
+    shape : tuple of int
+        (H, W) of its image.
+
+    Returns
+    -------
+    ndarray (H, W) bool
+
+    Raises
+    ------
+    InputError
+        When it cannot be read, is not such a PNG, is of another size or holds another value.
+    """
+    values = _values(path, shape)
+    if values.max() > 1:
+        raise InputError(path, f"mask value {values[values > 1].min()}: allowed are 0 and 1")
+    return values > 0
+
+
+def _values(path: Path, shape: tuple[int, int]) -> np.ndarray:
+    """The values (H, W) uint8 of a mask."""
     data = _bytes(path)
     if not data.startswith(_PNG):
         raise InputError(path, "mask is not a PNG: an 8-bit grey PNG is allowed")
@@ -124,17 +165,7 @@ def read_mask(path: Path, table: MaskTable, shape: tuple[int, int]) -> Classes:
     if values.shape != tuple(shape):
         given, wanted = (f"{width}×{height}" for height, width in (values.shape, shape))
         raise InputError(path, f"mask is {given} pixels: its image is {wanted}")
-    marking = np.isin(values, table.marking)
-    ground = marking | np.isin(values, (0,) if table.ground is None else table.ground)
-    if table.ground is None and not ground.all():
-        known = ", ".join(map(str, table.marking))
-        other = values[~ground].min()
-        raise InputError(
-            path,
-            f"mask value {other}: allowed are 0 (ground), {known} (marking); "
-            f"others need a [mask] table in the job file, such as marking = [{other}] or ground = [0]",
-        )
-    return Classes(marking, ground)
+    return values
 
 
 def _pixels(path: Path) -> np.ndarray:

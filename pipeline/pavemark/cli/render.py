@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import traceback
 from collections.abc import Sequence
 from pathlib import Path
 
 import click
 
-from pavemark.cli.words import Folder, cores
-from pavemark.errors import InputError
-from pavemark.job.config import merge, read, setting
+from pavemark.cli.words import Folder, cores, faults_kept, told
+from pavemark.job.config import read
 from pavemark.job.journal import Shard
 from pavemark.job.progress import shown
-from pavemark.job.run import LOG, PATIENCE, RECYCLE, Machine, log, run
+from pavemark.job.run import PATIENCE, RECYCLE, Machine, run
 
 
 class _Shard(click.ParamType):
@@ -30,6 +28,7 @@ class _Shard(click.ParamType):
 @click.argument("job_file", metavar="[JOB.toml]", required=False, type=click.Path(path_type=Path))
 @click.option("--images", metavar="DIR", type=Folder(), help="Folder of real AVM images.")
 @click.option("--masks", metavar="DIR", type=Folder(), help="Folder of their marking masks: PNGs of the same names.")
+@click.option("--plates", metavar="DIR", type=Folder(), help="In their place: a folder that pavemark plates made.")
 @click.option("--out", metavar="DIR", required=True, type=Folder(path_type=Path), help="Where the dataset goes.")
 @click.option("--count", type=int, help="Images to make.  [200]")
 @click.option("--seed", type=int, help="Everything random follows from it.  [0]")
@@ -37,6 +36,7 @@ class _Shard(click.ParamType):
 @click.option("--scale", type=float, metavar="PX/M", help="Pixels per metre of the images.  [60]")
 @click.option("--metres-per-pixel", type=float, metavar="M", help="The same, the other way round.")
 @click.option("--inpainter", metavar="NAME", help="What fills the ground where markings were.")
+@click.option("--segmenter", metavar="NAME", help="What finds the markings where there are no masks.")
 @click.option("--set", "settings", metavar="FIELD=VALUE", multiple=True, help="Any other line of a job file.")
 @click.option("--workers", type=click.IntRange(1, 1024), default=cores, show_default="all cores", help="Processes.")
 @click.option("--shard", type=_Shard(), default="0/1", help="Make part K of N only, counted from 0.")
@@ -59,16 +59,7 @@ def render(
     **options,
 ) -> int:
     """Make labelled synthetic images from real ones."""
-    told: dict = {}
-    for text in settings:
-        told = merge(told, setting(text))
-    told |= {name: value for name, value in options.items() if value is not None}
-    job = read(job_file, told)
+    job = read(job_file, told(settings, options))
     out = out.absolute()
-    try:
+    with faults_kept(out):
         return run(job, out, shard, Machine(tuple(command), workers, recycle, patience), shown(quiet))
-    except (InputError, BrokenPipeError):
-        raise
-    except Exception as error:
-        log(out, "the run", traceback.format_exc())
-        raise InputError(out / LOG, f"an unexpected fault is told there ({type(error).__name__}: {error})") from error

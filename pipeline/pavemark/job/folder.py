@@ -15,8 +15,8 @@ from pavemark import __version__, files
 from pavemark.background.index import Entry
 from pavemark.errors import InputError
 from pavemark.job import journal
-from pavemark.job.config import Job
-from pavemark.records import structure
+from pavemark.job.config import FOLDERS, Inputs, Job
+from pavemark.records import read_json, structure
 
 
 @attrs.frozen
@@ -60,49 +60,66 @@ class Folder:
         done = set(there).intersection(*(_numbers(self.out / folder, suffix) for _, folder, suffix in self._kinds()))
         return {number: there[number] for number in sorted(done)}
 
-    def taken(self) -> list[str]:
-        """The folders in which there are files, whosever they are."""
-        return [folder for _, folder, _ in self._kinds() if _holds_files(self.out / folder)]
-
-    def sweep(self) -> None:
-        """Remove what killed processes left half-written."""
-        for folder in (".", *(folder for _, folder, _ in self._kinds())):
-            files.sweep(self.out / folder)
+    @property
+    def folders(self) -> tuple[str, ...]:
+        """Where files of images lie."""
+        return tuple(folder for _, folder, _ in self._kinds())
 
 
 _SUFFIXES = {"dmpr": ".json", "ps2": ".mat", "yolo": ".txt"}
 
 
-def _holds_files(folder: Path) -> bool:
-    if not folder.is_dir():
-        return False
-    with os.scandir(folder) as listing:
-        return any(not entry.name.startswith(".") for entry in listing)
-
-
-def _numbers(folder: Path, suffix: str) -> set[int]:
+def stems(folder: Path, suffix: str) -> set[str]:
+    """The files of a folder that end so, without that end; none where there is no folder."""
     if not folder.is_dir():
         return set()
     with os.scandir(folder) as listing:
-        names = [entry.name.removesuffix(suffix) for entry in listing if entry.name.endswith(suffix)]
-    return {int(name) for name in names if name.isascii() and name.isdigit()}
+        return {entry.name.removesuffix(suffix) for entry in listing if entry.name.endswith(suffix)}
 
 
-def spare(folder: Folder, job: Job) -> None:
-    """Hold that nothing but images of a job would be written over, the inputs least of all.
+def _numbers(folder: Path, suffix: str) -> set[int]:
+    return {int(name) for name in stems(folder, suffix) if name.isascii() and name.isdigit()}
+
+
+def _holds_files(folder: Path) -> bool:
+    return any(not name.startswith(".") for name in stems(folder, ""))
+
+
+def sweep(out: Path, folders: Iterable[str]) -> None:
+    """Remove what killed processes left half-written in a folder and in these of its own."""
+    for folder in (".", *folders):
+        files.sweep(out / folder)
+
+
+def spare(out: Path, folders: tuple[str, ...], inputs: Iterable[str | None], record: str) -> None:
+    """Hold that nothing but what such a run has written would be written over, its inputs least of all.
+
+    Parameters
+    ----------
+    out : Path
+        The output folder.
+    folders : tuple of str
+        Where files go in it.
+    inputs : iterable of str or None
+        Folders of the inputs.
+    record : str
+        The file that tells of the run.
 
     Raises
     ------
     InputError
-        When the folder is that of the inputs, or has no job.json and yet files where images of a job would go.
+        When files would go where the inputs are, or there are files already and no record tells of them.
     """
-    out = folder.out
-    if out.resolve() in {Path(inputs).resolve() for inputs in (job.images, job.masks) if inputs is not None}:
-        raise InputError(out, "is the folder of the inputs: another folder is allowed")
-    # Listed first: another shard that starts now writes job.json before its first image.
-    taken = folder.taken()
-    if taken and not (out / RECORD).exists():
-        raise InputError(out, f"has files in {', '.join(taken)} and no {RECORD} that tells of them: use another folder")
+    if out.exists() and not out.is_dir():
+        raise InputError(out, "is a file: a folder is allowed")
+    used = {Path(folder).resolve() for folder in inputs if folder is not None}
+    for folder in (".", *folders):
+        if (out / folder).resolve() in used:
+            raise InputError(out / folder, "is the folder of the inputs: another folder is allowed")
+    # Listed first: another shard that starts now writes the record before its first image.
+    taken = [folder for folder in folders if _holds_files(out / folder)]
+    if taken and not (out / record).exists():
+        raise InputError(out, f"has files in {', '.join(taken)} and no {record} that tells of them: use another folder")
 
 
 def claim(out: Path, job: Job, inputs: Iterable[Entry]) -> None:
@@ -117,14 +134,16 @@ def claim(out: Path, job: Job, inputs: Iterable[Entry]) -> None:
         When the folder holds another job; the differing fields are named.
     """
     path = out / RECORD
-    told = _resolved(job, inputs) | {name: _relative(getattr(job, name), out) for name in _FOLDERS}
+    told = _resolved(job, inputs) | relative(job, FOLDERS, out)
     if path.exists():
         there = _read(path)
-        _hold_against(there, told, out)
+        hold_against(there, told, out, "job", {"count", *FOLDERS})
+        if _digits(there["count"]) != _digits(job.count):
+            raise InputError(out, f"count = {job.count}: at most {10 ** _digits(there['count'])} is allowed there")
         told["count"] = max(told["count"], there["count"])
         if told == there:
             return
-    files.write(path, json.dumps(told, indent=1, sort_keys=True) + "\n")
+    write_record(path, told)
 
 
 def recorded(out: Path) -> Job:
@@ -136,14 +155,13 @@ def recorded(out: Path) -> Job:
         When it holds none.
     """
     told = _read(out / RECORD)
-    folders = {name: os.path.normpath(out / told[name]) for name in _FOLDERS if isinstance(told.get(name), str)}
+    folders = {name: os.path.normpath(out / told[name]) for name in FOLDERS if isinstance(told.get(name), str)}
     return structure(
         Job, {name: value for name, value in (told | folders).items() if name not in _BESIDE}, out / RECORD
     )
 
 
 RECORD = "job.json"
-_FOLDERS = ("images", "masks")
 _BESIDE = ("inputs", "pavemark")
 
 
@@ -155,23 +173,37 @@ def _resolved(job: Job, inputs: Iterable[Entry]) -> dict[str, Any]:
     return json.loads(json.dumps(fields, allow_nan=False))
 
 
-def _relative(folder: str | None, out: Path) -> str | None:
-    return None if folder is None else Path(os.path.relpath(folder, out)).as_posix()
+def relative(inputs: Inputs, names: Iterable[str], out: Path) -> dict[str, str | None]:
+    """The folders that a job starts from, as they are to be found from its output folder."""
+    folders = {name: getattr(inputs, name) for name in names}
+    return {
+        name: None if folder is None else Path(os.path.relpath(folder, out)).as_posix()
+        for name, folder in folders.items()
+    }
 
 
-def _hold_against(there: dict[str, Any], here: dict[str, Any], out: Path) -> None:
-    free = {"count", *_FOLDERS}
+def hold_against(there: dict[str, Any], here: dict[str, Any], out: Path, what: str, free: set[str]) -> None:
+    """Hold what is to be made against what a folder holds; fields that are free need only be given or not.
+
+    Raises
+    ------
+    InputError
+        When the folder holds another job, or `what` it is called; the differing fields are named.
+    """
     before, now = _flat(there), _flat(here)
     differing = [
         f"{field} was {before.get(field)!r} and is {now.get(field)!r}"
-        for field in sorted((before.keys() | now.keys()) - free)
-        if before.get(field) != now.get(field)
+        for field in sorted(before.keys() | now.keys())
+        if before.get(field) != now.get(field) and (field not in free or None in (before.get(field), now.get(field)))
     ]
     if differing:
         more = f", and {len(differing) - 3} fields more" if len(differing) > 3 else ""
-        raise InputError(out, f"holds another job: {', '.join(differing[:3])}{more}; use another folder")
-    if _digits(there["count"]) != _digits(here["count"]):
-        raise InputError(out, f"count = {here['count']}: at most {10 ** _digits(there['count'])} is allowed there")
+        raise InputError(out, f"holds another {what}: {', '.join(differing[:3])}{more}; use another folder")
+
+
+def write_record(path: Path, told: dict[str, Any]) -> None:
+    """Write the record of a folder."""
+    files.write(path, json.dumps(told, indent=1, sort_keys=True) + "\n")
 
 
 def _digits(count: int) -> int:
@@ -189,12 +221,7 @@ def _flat(data: dict[str, Any], above: str = "") -> dict[str, Any]:
 
 
 def _read(path: Path) -> dict[str, Any]:
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(path, f"cannot be read: {error.strerror}") from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(path, f"not a JSON file: {error}") from None
+    data = read_json(path)
     if not isinstance(data, dict) or not isinstance(data.get("count"), int):
         raise InputError(path, "is not the record of a job")
     return data

@@ -11,15 +11,12 @@ import attrs
 import numpy as np
 
 from pavemark import files
-from pavemark.background import cache
 from pavemark.background.contours import areas
-from pavemark.background.plates import make_plate
-from pavemark.compose import optics
 from pavemark.compose.image import compose
-from pavemark.errors import InputError
 from pavemark.job.clock import Timings
 from pavemark.job.config import Job
 from pavemark.job.folder import Folder
+from pavemark.job.inputs import blur, read_plate
 from pavemark.labels import coco, dmpr, masks, ps2, yolo
 from pavemark.labels.truth import Truth, truth
 from pavemark.layers import Renderer
@@ -31,10 +28,6 @@ from pavemark.records import to_json
 from pavemark.scene import Area
 
 ENCODERS = {"dmpr": dmpr.encode, "ps2": ps2.encode, "yolo": yolo.encode}
-
-
-class UnusableImage(InputError):
-    """An image of the batch, or its mask, is bad: the others can still be made."""
 
 
 @attrs.frozen(eq=False)
@@ -64,25 +57,9 @@ def read_ground(image: Path, mask: Path | None, job: Job) -> Ground:
     UnusableImage
         When the image or its mask cannot be used.
     """
-    try:
-        plate = make_plate(image, mask, job.pixels_per_metre, job.mask, job.inpainter)
-    except InputError as error:
-        raise UnusableImage(error.where, error.what) from None
+    plate = read_plate(image, mask, job)
     original = areas(plate.markings, plate.frame.matrix) if job.layout.original_rate else ()
-    return Ground(plate, original, _blur(plate) if job.optics.rate else None)
-
-
-def _blur(plate: Plate) -> Blur:
-    """The plate's blur, measured once and kept: it takes as long as an image's blend."""
-    digest = hashlib.sha256(f"{optics.VERSION} {plate.frame}".encode())
-    for array in (plate.source, np.packbits(plate.ground)):
-        digest.update(np.ascontiguousarray(array))
-    key = digest.hexdigest()
-    kept = cache.load(key)
-    if kept is None:
-        kept = {"blur": np.array(optics.measure(plate))}
-        cache.store(key, **kept)
-    return tuple(tuple(row) for row in kept["blur"].tolist())
+    return Ground(plate, original, blur(plate) if job.optics.rate else None)
 
 
 def make_image(

@@ -9,13 +9,14 @@ from typing import Any
 
 import attrs
 
-from pavemark.background.index import Entry, index
+from pavemark.background.index import Entry
 from pavemark.errors import InputError
 from pavemark.job import journal
 from pavemark.job.config import Job
 from pavemark.job.crew import Answer, Crew, Task
 from pavemark.job.dataset import join
-from pavemark.job.folder import Folder, claim, spare
+from pavemark.job.folder import RECORD, Folder, claim, spare, sweep
+from pavemark.job.inputs import entries, settled
 from pavemark.job.journal import Journal, Shard
 from pavemark.job.order import place
 from pavemark.job.progress import Progress
@@ -29,9 +30,6 @@ RECYCLE = 250
 
 PATIENCE = 900.0
 """Seconds after which an image counts as stuck. The inpainting of a very large one takes longest."""
-
-UNMATCHED = 20
-"""Files without a partner that are told by name; a wrong folder of masks leaves thousands."""
 
 
 @attrs.frozen
@@ -69,21 +67,18 @@ def run(job: Job, out: Path, shard: Shard, machine: Machine, progress: Progress)
     InputError
         When the job cannot be done: no usable image, an output folder that cannot be written or holds another job.
     """
-    entries, unmatched = index(Path(job.images), None if job.masks is None else Path(job.masks))
-    if out.exists() and not out.is_dir():
-        raise InputError(out, "is a file: a folder is allowed")
-    spare(Folder.of(out, job), job)
+    job = settled(job)
+    found, alone = entries(job)
+    folder = Folder.of(out, job)
+    spare(out, folder.folders, (job.images, job.masks, job.plates), RECORD)
     with Journal(out, shard) as kept:
-        claim(out, job, entries)
-        folder = Folder.of(out, job)
-        folder.sweep()
-        for path in unmatched[:UNMATCHED]:
-            progress.tell(f"left out: {path}: no {'image' if path.parent == Path(job.masks) else 'mask'} has its name")
-        if len(unmatched) > UNMATCHED:
-            progress.tell(f"left out: {len(unmatched) - UNMATCHED} more without a partner of their name")
+        claim(out, job, found)
+        sweep(out, folder.folders)
+        for line in alone:
+            progress.tell(f"left out: {line}")
         done = folder.finished()
         missing = [number for number in shard.numbers(job.count) if number not in done]
-        run = Run(job, folder, entries, kept, progress, journal.plates(done.values()) if missing else {})
+        run = Run(job, folder, found, kept, progress, journal.plates(done.values()) if missing else {})
         with progress.of(len(missing)):
             run.make(missing, machine)
         join(folder)
@@ -121,9 +116,9 @@ class Run:
                     self._take(answer)
         self.stopped_by = crew.stopped_by
         if crew.lost:
-            self.folder.sweep()
+            sweep(self.folder.out, self.folder.folders)
         if len(self.unusable) == len(self.entries):
-            raise InputError(self.job.images, f"none of its {len(self.entries)} images can be used")
+            raise InputError(self._inputs, f"none of its {len(self.entries)} images can be used")
 
     def _tasks(self, missing: Iterable[int]) -> Iterator[Task]:
         for number in missing:
@@ -162,9 +157,13 @@ class Run:
     def _hold_plate(self, row: dict[str, Any]) -> None:
         if self.plates.setdefault(row["input"], row["plate"]) != row["plate"]:
             raise InputError(
-                Path(self.job.images) / row["input"],
+                self._inputs / row["input"],
                 "it or its mask has changed since images were made of it: put it back, or use another output folder",
             )
+
+    @property
+    def _inputs(self) -> Path:
+        return self.entries[0].image.parent
 
     def _hold_against(self, there: list[dict[str, str]], here: dict[str, str]) -> None:
         for before in there:

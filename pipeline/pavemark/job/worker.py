@@ -1,4 +1,4 @@
-"""A worker: a process that makes images as it is told, one JSON line in and one out.
+"""A worker: a process that makes images, or plates, as it is told, one JSON line in and one out.
 
 Tasks come on stdin. Answers go to what was stdout when the process started; from then on stdout leads to stderr, so
 that whatever a renderer prints disturbs nobody. A worker ends when its stdin does, and so never outlives the run.
@@ -16,7 +16,7 @@ import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from queue import SimpleQueue
-from typing import Any, TextIO
+from typing import Any, Protocol, TextIO
 
 import cv2
 import numpy as np
@@ -26,12 +26,32 @@ from pavemark import __version__
 from pavemark.errors import InputError
 from pavemark.job.config import Job
 from pavemark.job.folder import Folder
-from pavemark.job.image import UnusableImage, make_image
+from pavemark.job.image import make_image
+from pavemark.job.inputs import UnusableImage
 from pavemark.layers import Renderer
 from pavemark.records import structure
 
 GRACE = 5.0
 """Seconds that an image in flight is given once the run is gone."""
+
+
+class Craft(Protocol):
+    """What a worker makes."""
+
+    versions: dict[str, str]
+    """Of all that what it makes depends on."""
+
+    def make(self, task: dict[str, Any]) -> dict[str, Any]:
+        """Do a task; what is to be said of it when it is done.
+
+        Raises
+        ------
+        UnusableImage
+            When the task's input cannot be used.
+        InputError
+            When no task can be done.
+        """
+        ...
 
 
 def serve(make_renderer: Callable[[], Renderer]) -> None:
@@ -42,46 +62,79 @@ def serve(make_renderer: Callable[[], Renderer]) -> None:
     make_renderer : callable
         Called once, after the worker is known to be wanted.
     """
+    attend(lambda setup: Images(setup, make_renderer))
+
+
+def attend(learn: Callable[[dict[str, Any]], Craft]) -> None:
+    """Do tasks until stdin ends.
+
+    Parameters
+    ----------
+    learn : callable
+        From what the worker is told first to what it makes. May raise `InputError`.
+    """
     answers = os.fdopen(os.dup(1), "w", buffering=1, encoding="utf-8")
     os.dup2(2, 1)
     cv2.setNumThreads(1)
     tasks = _lines()
     setup = next(tasks)
-    job = structure(Job, setup["job"], "job")
-    folder = Folder.of(Path(setup["out"]), job)
     try:
-        renderer = make_renderer()
-    except ImportError as error:
-        how = "pip install 'pavemark[blender]', or use blender -b -P render.py -- JOB.toml …"
-        return _answer(answers, say="fatal", where="Blender", what=f"{_one_line(error)}: {how}")
+        craft = learn(setup)
     except InputError as error:
         return _answer(answers, say="fatal", where=error.where, what=error.what)
-    versions = {
+    _answer(answers, say="ready", versions=craft.versions)
+    for task in tasks:
+        # A thread of the interpreter's own, which fires even where a renderer hangs in machine code.
+        faulthandler.dump_traceback_later(setup["patience"], exit=True, file=2)
+        _answer(answers, **_made(task, craft))
+        faulthandler.cancel_dump_traceback_later()
+
+
+class Images:
+    """Synthetic images, drawn by a renderer.
+
+    Raises
+    ------
+    InputError
+        When there is no renderer.
+    """
+
+    def __init__(self, setup: dict[str, Any], make_renderer: Callable[[], Renderer]) -> None:
+        self._job = structure(Job, setup["job"], "job")
+        self._folder = Folder.of(Path(setup["out"]), self._job)
+        try:
+            self._renderer = make_renderer()
+        except ImportError as error:
+            how = "pip install 'pavemark[blender]', or use blender -b -P render.py -- JOB.toml …"
+            raise InputError("Blender", f"{_one_line(error)}: {how}") from None
+        self.versions = versions() | {"renderer": self._renderer.version}
+
+    def make(self, task: dict[str, Any]) -> dict[str, Any]:
+        """See `Craft.make`."""
+        mask = None if task["mask"] is None else Path(task["mask"])
+        row, coco = make_image(task["index"], Path(task["image"]), mask, self._job, self._folder, self._renderer)
+        return {"row": {**row, "versions": self.versions}, "coco": coco}
+
+
+def versions() -> dict[str, str]:
+    """Of Pavemark and of the libraries whose bits end up in what it makes."""
+    return {
         "pavemark": __version__,
-        "renderer": renderer.version,
         "numpy": np.__version__,
         "opencv": cv2.__version__,
         "scipy": scipy.__version__,
     }
-    _answer(answers, say="ready", versions=versions)
-    for task in tasks:
-        # A thread of the interpreter's own, which fires even where a renderer hangs in machine code.
-        faulthandler.dump_traceback_later(setup["patience"], exit=True, file=2)
-        _answer(answers, **_made(task, job, folder, renderer, versions))
-        faulthandler.cancel_dump_traceback_later()
 
 
-def _made(task: dict, job: Job, folder: Folder, renderer: Renderer, versions: dict[str, str]) -> dict[str, Any]:
-    mask = None if task["mask"] is None else Path(task["mask"])
+def _made(task: dict[str, Any], craft: Craft) -> dict[str, Any]:
     try:
-        row, coco = make_image(task["index"], Path(task["image"]), mask, job, folder, renderer)
+        return {"say": "done", **craft.make(task)}
     except UnusableImage as error:
         return {"say": "unusable", "where": error.where, "what": error.what}
     except InputError as error:
         return {"say": "fatal", "where": error.where, "what": error.what}
     except Exception as error:
         return {"say": "failed", "what": _one_line(error), "trace": traceback.format_exc()}
-    return {"say": "done", "row": {**row, "versions": versions}, "coco": coco}
 
 
 def _answer(answers: TextIO, **message: Any) -> None:

@@ -1,0 +1,101 @@
+"""What a job starts from: images that become plates, or a folder of plates that are made already."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import attrs
+import numpy as np
+
+from pavemark.background import cache
+from pavemark.background.index import Entry, index
+from pavemark.background.plates import make_plate
+from pavemark.background.stock import RECORD, ROWS, stock
+from pavemark.compose import optics
+from pavemark.errors import InputError
+from pavemark.job.config import Inputs, Job
+from pavemark.plate import Plate
+from pavemark.randomize.optics import Blur
+
+LONELY = 20
+"""Files without a partner that are told by name; a wrong folder of masks leaves thousands."""
+
+SAME_SCALE = 1e-6
+"""Share by which two scales may differ: metres per pixel are written with few digits."""
+
+
+class UnusableImage(InputError):
+    """An image of the batch, or its mask, is bad: the others can still be made."""
+
+
+def settled(job: Job) -> Job:
+    """The job with its scale: that of the plates, where it starts from such.
+
+    Raises
+    ------
+    InputError
+        When the folder of plates cannot be read, or is of another scale than the job says.
+    """
+    if job.plates is None:
+        return job
+    scale = stock(Path(job.plates)).scale
+    told = job.scale is not None or job.metres_per_pixel is not None
+    if told and abs(job.pixels_per_metre / scale - 1) > SAME_SCALE:
+        raise InputError(
+            Path(job.plates) / RECORD,
+            f"scale = {scale:g} pixels per metre there, {job.pixels_per_metre:g} in the job: leave it out of the job",
+        )
+    return attrs.evolve(job, scale=scale, metres_per_pixel=None)
+
+
+def entries(inputs: Inputs) -> tuple[tuple[Entry, ...], list[str]]:
+    """What a job can start from, and a line for each file that has no part in it.
+
+    Raises
+    ------
+    InputError
+        As `pavemark.background.index.index` and `pavemark.background.stock.Stock.index` do.
+    """
+    if isinstance(inputs, Job) and inputs.plates is not None:
+        found, unknown = stock(Path(inputs.plates)).index()
+        return found, _told([f"{path}: {ROWS} does not tell of it" for path in unknown])
+    found, alone = index(Path(inputs.images), None if inputs.masks is None else Path(inputs.masks))
+    missing = [(path, "image" if path.parent == Path(inputs.masks) else "mask") for path in alone]
+    return found, _told([f"{path}: no {what} has its name" for path, what in missing])
+
+
+def _told(lines: list[str]) -> list[str]:
+    more = len(lines) - LONELY
+    return [*lines[:LONELY], f"{more} more without a partner of their name"] if more > 0 else lines
+
+
+def read_plate(image: Path, mask: Path | None, inputs: Inputs) -> Plate:
+    """The plate of an entry.
+
+    Raises
+    ------
+    UnusableImage
+        When the image, its mask or the plate cannot be used.
+    """
+    try:
+        if isinstance(inputs, Job) and inputs.plates is not None:
+            return stock(Path(inputs.plates)).plate(image.stem)
+        return make_plate(image, mask, inputs.pixels_per_metre, inputs.mask, inputs.inpainter, inputs.segmenter)
+    except InputError as error:
+        raise UnusableImage(error.where, error.what) from None
+
+
+def blur(plate: Plate) -> Blur:
+    """The plate's blur, measured once and kept: it takes as long as an image's blend."""
+    if plate.blur is not None:
+        return plate.blur
+    digest = hashlib.sha256(f"{optics.VERSION} {plate.frame}".encode())
+    for array in (plate.source, np.packbits(plate.ground)):
+        digest.update(np.ascontiguousarray(array))
+    key = digest.hexdigest()
+    kept = cache.load(key)
+    if kept is None:
+        kept = {"blur": np.array(optics.measure(plate))}
+        cache.store(key, **kept)
+    return tuple(tuple(row) for row in kept["blur"].tolist())

@@ -1,0 +1,92 @@
+"""A worker that makes plates: the process that `pavemark plates` hires. It needs no Blender."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+from pavemark import files
+from pavemark.background.stock import Row, paths
+from pavemark.errors import InputError
+from pavemark.job.config import Inputs
+from pavemark.job.inputs import UnusableImage, blur, read_plate
+from pavemark.job.worker import attend, versions
+from pavemark.records import structure, unstructure
+
+
+class Plates:
+    """Clean backgrounds, from real images."""
+
+    def __init__(self, setup: dict[str, Any]) -> None:
+        self._inputs = structure(Inputs, setup["inputs"], "job")
+        self._out = Path(setup["out"])
+        self.versions = versions()
+
+    def make(self, task: dict[str, Any]) -> dict[str, Any]:
+        """See `pavemark.job.worker.Craft.make`."""
+        image, mask = Path(task["image"]), None if task["mask"] is None else Path(task["mask"])
+        try:
+            # Before they are read: what is written to them meanwhile is noticed the next time.
+            stamps = [stamp(path) for path in (image, mask) if path is not None]
+            hashes = [sha256(path) for path in (image, mask) if path is not None]
+        except InputError as error:
+            raise UnusableImage(error.where, error.what) from None
+        plate = read_plate(image, mask, self._inputs)
+        # Markings and ground first: where the plate is there, they are too.
+        pictures = {
+            "masks": plate.markings.astype("uint8"),
+            "ground": plate.ground.astype("uint8"),
+            "plates": plate.image,
+        }
+        written = {}
+        for kind, path in sorted(paths(self._out, plate.name).items()):
+            data = files.png(pictures[kind])
+            files.write(path, data)
+            written[path.relative_to(self._out).as_posix()] = hashlib.sha256(data).hexdigest()
+        row = Row(
+            name=plate.name,
+            input=image.name,
+            sha256=hashes[0],
+            mask=None if mask is None else hashes[1],
+            size=(plate.frame.width, plate.frame.height),
+            ratios=plate.ratios,
+            blur=blur(plate),
+            roadside=plate.roadside,
+            files=written,
+        )
+        return {"row": unstructure(row), "stamps": stamps}
+
+
+def stamp(path: Path) -> list[int]:
+    """What tells without reading a file whether it was changed: its size and the time of its last change.
+
+    Raises
+    ------
+    InputError
+        When there is no such file.
+    """
+    try:
+        told = path.stat()
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}") from None
+    return [told.st_size, told.st_mtime_ns]
+
+
+def sha256(path: Path) -> str:
+    """The hash of a file.
+
+    Raises
+    ------
+    InputError
+        When it cannot be read.
+    """
+    try:
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}") from None
+
+
+if __name__ == "__main__":
+    attend(Plates)

@@ -1,0 +1,294 @@
+"""A run that makes plates: a folder of images in, a folder of plates out, to be looked at and mended before use."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import attrs
+import numpy as np
+
+from pavemark import __version__, files
+from pavemark.background import cache
+from pavemark.background.index import Entry
+from pavemark.background.inpainting import inpainter
+from pavemark.background.reading import read_image
+from pavemark.background.stock import FOLDERS, RECORD, ROWS, Row, stock
+from pavemark.errors import InputError
+from pavemark.job import journal
+from pavemark.job.config import Inputs
+from pavemark.job.contact_sheet import drawn, scaled, spread
+from pavemark.job.crew import Answer, Crew, Task
+from pavemark.job.folder import hold_against, relative, spare, stems, sweep, write_record
+from pavemark.job.inputs import entries
+from pavemark.job.journal import Journal, Shard
+from pavemark.job.plate_worker import sha256, stamp
+from pavemark.job.progress import Progress
+from pavemark.job.run import LOG, SOME_LACK, Machine, log
+from pavemark.records import read_json, structure, unstructure
+
+WORKER = (sys.executable, "-m", "pavemark.job.plate_worker")
+"""Starts a worker."""
+
+SHEET = "sheet.png"
+
+MOST = 24
+"""Plates on the sheet."""
+
+COLUMNS = ("before", "mask", "plate", "ground")
+
+_MARKING, _NO_GROUND = (255, 0, 200), (120, 0, 0)
+
+
+def make(inputs: Inputs, out: Path, machine: Machine, progress: Progress) -> int:
+    """Make the plates that a folder still lacks, and draw its contact sheet.
+
+    A plate counts as made when the journal says so and its files are there, whatever hands have done to them since.
+    It is made anew when its image or mask has changed, unless it was edited: that is told, and the plate stays.
+
+    Returns
+    -------
+    int
+        Exit code: 0, 1 when an image was refused or failed, 128 + the signal when it was stopped.
+
+    Raises
+    ------
+    InputError
+        When nothing can be done: no usable image, an output folder that cannot be written or holds other plates.
+    """
+    found, alone = entries(inputs)
+    spare(out, FOLDERS, (inputs.images, inputs.masks), RECORD)
+    with Journal(out, Shard()) as kept:
+        _claim(out, inputs)
+        sweep(out, FOLDERS)
+        for line in alone:
+            progress.tell(f"left out: {line}")
+        run = Run(inputs, out, found, kept, progress, _finished(out))
+        lacking = run.lacking()
+        with progress.of(len(lacking)):
+            run.make(lacking, machine)
+        run.join()
+        shown = run.draw() if run.stopped_by is None else None
+    progress.end(run.summary(shown))
+    return run.exit_code
+
+
+def _claim(out: Path, inputs: Inputs) -> None:
+    """Write PLATES/plates.json, or hold what is to be made against what is there."""
+    method = inpainter(inputs.inpainter)
+    told = {
+        **relative(inputs, _INPUTS, out),
+        "scale": inputs.pixels_per_metre,
+        "inpainter": {"name": method.name, "version": method.version},
+        "segmenter": inputs.segmenter if inputs.masks is None else None,
+        "mask": None if inputs.masks is None else unstructure(inputs.mask),
+        "versions": {"pavemark": __version__, **cache.LIBRARIES},
+    }
+    told = json.loads(json.dumps(told))
+    path = out / RECORD
+    if path.exists():
+        there = read_json(path)
+        if not isinstance(there, dict):
+            raise InputError(path, "is not the record of a folder of plates")
+        hold_against(there, told, out, "set of plates", set(_INPUTS))
+        if there == told:
+            return
+    write_record(path, told)
+
+
+_INPUTS = ("images", "masks")
+
+
+@attrs.define
+class Run:
+    """A run under way, and what has come of it so far."""
+
+    inputs: Inputs
+    out: Path
+    entries: tuple[Entry, ...]
+    kept: Journal
+    progress: Progress
+    done: dict[str, journal.Entry]
+    made: int = 0
+    failed: int = 0
+    refused: dict[str, str] = attrs.field(factory=dict)
+    stopped_by: int | None = None
+
+    def lacking(self) -> list[Entry]:
+        """The images whose plate is not made, or whose files are not as they were. None of them is opened."""
+        stamps = journal.beside(self.out)
+        return [e for e in self.entries if e.name not in self.done or not _as_was(e, stamps[e.name])]
+
+    def make(self, lacking: list[Entry], machine: Machine) -> None:
+        """Make plates until none is lacking or a signal stops it."""
+        setup = {"inputs": attrs.asdict(self.inputs), "out": str(self.out), "patience": machine.patience}
+        size = min(machine.workers, len(lacking))
+        with Crew(machine.command, setup, size, machine.recycle) as crew, crew.heeding_signals():
+            for answer in crew.work(self._tasks(lacking, crew)):
+                if answer.task is not None:
+                    self._take(answer, lacking[answer.task.index])
+        self.stopped_by = crew.stopped_by
+        self.done = _finished(self.out)
+        if crew.lost:
+            sweep(self.out, FOLDERS)
+
+    def _tasks(self, lacking: list[Entry], crew: Crew) -> Iterator[Task]:
+        done = self.done
+        for number, entry in enumerate(lacking):
+            if crew.stopped_by is not None:
+                return
+            try:
+                wanted = entry.name not in done or self._changed(entry, done[entry.name])
+            except InputError as error:
+                self._refuse(entry, error.where, error.what)
+                continue
+            if wanted:
+                yield Task(number, str(entry.image), entry.mask and str(entry.mask))
+            else:
+                self.progress.step(lacking=False)
+
+    def _changed(self, entry: Entry, made: journal.Entry) -> bool:
+        """Whether the files of a plate that is made have another content; if not, their new stamps are kept.
+
+        Raises
+        ------
+        InputError
+            When a file cannot be read, or the plate would be made anew but was edited.
+        """
+        row = structure(Row, json.loads(made.read()[0]), self.out)
+        given = [path for path in (entry.image, entry.mask) if path is not None]
+        stamps = [stamp(path) for path in given]
+        if [sha256(path) for path in given] == [known for known in (row.sha256, row.mask) if known is not None]:
+            self.kept.append(entry.name, unstructure(row), stamps)
+            return False
+        edited = [name for name, known in sorted(row.files.items()) if sha256(self.out / name) != known]
+        if edited:
+            raise InputError(
+                entry.image,
+                f"it or its mask has changed since its plate was made, and so has {edited[0]} in {self.out}: "
+                "remove that to have the plate made anew",
+            )
+        return True
+
+    def _take(self, answer: Answer, entry: Entry) -> None:
+        message = answer.message
+        if answer.say == "done":
+            self.kept.append(entry.name, message["row"], message["stamps"])
+            self.made += 1
+            self.progress.step(lacking=False)
+        elif answer.say == "unusable":
+            self._refuse(entry, message["where"], message["what"])
+        else:
+            log(self.out, entry.image.name, message["trace"])
+            self.progress.tell(f"{entry.image} failed: {message['what']} ({self.out / LOG} has more)")
+            self.failed += 1
+            self.progress.step(lacking=True)
+
+    def _refuse(self, entry: Entry, where: str, what: str) -> None:
+        self.progress.tell(f"refused: {where}: {what}")
+        self.refused[entry.name] = f"{Path(where).name}: {what}"
+        self.progress.step(lacking=True)
+
+    def join(self) -> None:
+        """Write PLATES/plates.jsonl: what is known of each plate, and why an image has none, by name.
+
+        Raises
+        ------
+        InputError
+            When it cannot be written, or there is no plate at all.
+        """
+        if not self.done and self.refused:
+            raise InputError(self.inputs.images, f"none of its {len(self.entries)} images can be used")
+        files.write_parts(self.out / ROWS, self._lines())
+
+    def _lines(self) -> Iterator[bytes]:
+        for name in sorted(self.done.keys() | self.refused.keys()):
+            if name in self.done:
+                row = json.loads(self.done[name].read()[0])
+            else:
+                row = {"name": name, "refused": self.refused[name]}
+            yield json.dumps(row, allow_nan=False).encode() + b"\n"
+
+    def draw(self) -> Path | None:
+        """Draw PLATES/sheet.png: up to 24 plates as their files are now, spread evenly over those of the images.
+
+        Returns
+        -------
+        Path or None
+            None where no image has a plate.
+
+        Raises
+        ------
+        InputError
+            When a file of a plate that was edited cannot be used.
+        """
+        there = [entry for entry in self.entries if entry.name in self.done and entry.name not in self.refused]
+        if not there:
+            return None
+        path = self.out / SHEET
+        files.write(path, files.png(drawn([_Sample(entry, self.out) for entry in spread(there, MOST)], COLUMNS)))
+        return path
+
+    @property
+    def exit_code(self) -> int:
+        """As `make` returns it."""
+        if self.stopped_by is not None:
+            return 128 + self.stopped_by
+        return SOME_LACK if self.failed or self.refused else 0
+
+    def summary(self, sheet: Path | None) -> str:
+        """What there is now, in one line."""
+        there = sum(entry.name in self.done for entry in self.entries)
+        told = [f"{there} of {len(self.entries)} plates in {self.out}, {self.made} of them made now"]
+        if self.stopped_by is not None:
+            told.append("stopped; the same command goes on from here")
+        if self.refused:
+            told.append(f"{len(self.refused)} refused")
+        if self.failed:
+            told.append(f"{self.failed} failed, see {self.out / LOG}")
+        if sheet is not None:
+            told.append(f"to be looked at: {sheet}")
+        return "; ".join(told)
+
+
+def _finished(out: Path) -> dict[str, journal.Entry]:
+    """Plates that are made and whose files are all there, by name. No file of a plate is opened."""
+    there = journal.entries(out)
+    names = set(there).intersection(*(stems(out / folder, ".png") for folder in FOLDERS))
+    return {name: there[name] for name in names}
+
+
+def _as_was(entry: Entry, stamps: Sequence[list[int]]) -> bool:
+    try:
+        return [stamp(path) for path in (entry.image, entry.mask) if path is not None] == stamps
+    except InputError:
+        return False
+
+
+class _Sample:
+    """A plate and what is shown of it."""
+
+    def __init__(self, entry: Entry, out: Path) -> None:
+        self._entry = entry
+        self._stock = stock(out)
+        self.title = entry.name
+        self.size = self._stock.row(entry.name).size
+
+    def tiles(self, scale: float) -> Sequence[np.ndarray]:
+        """See `pavemark.job.contact_sheet.Strip.tiles`."""
+        plate = self._stock.plate(self._entry.name)
+        before = read_image(self._entry.image)
+        views = (
+            before,
+            _over(before, plate.markings),
+            plate.image,
+            np.where(plate.ground[..., None], plate.image, _NO_GROUND),
+        )
+        return [scaled(view.astype(np.uint8), scale) for view in views]
+
+
+def _over(image: np.ndarray, markings: np.ndarray) -> np.ndarray:
+    """The image a little darker, the markings in a colour that no ground has."""
+    return np.where(markings[..., None], _MARKING, 0.7 * image)
