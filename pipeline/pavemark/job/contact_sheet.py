@@ -63,7 +63,9 @@ def drawn(strips: Sequence[Strip], columns: Sequence[str]) -> np.ndarray:
         top, left = k // across * (box[1] + _HEAD + _GAP), k % across * long + _GAP
         # A name may be wider than its pictures, and is what one looks for.
         text(sheet[top : top + _LINE, left : left + long - 2 * _GAP], strip.title, (2, 14), INK)
-        for column, (name, tile) in enumerate(zip(columns, strip.tiles(scale), strict=True)):
+        # A smaller picture among larger ones fills its box all the same.
+        own = _even(min(box[0] / strip.size[0], box[1] / strip.size[1]))
+        for column, (name, tile) in enumerate(zip(columns, strip.tiles(own), strict=True)):
             x = left + column * (box[0] + _GAP)
             text(sheet[top + _LINE : top + _HEAD, x : x + box[0]], name, (2, 13), INK)
             sheet[top + _HEAD : top + _HEAD + tile.shape[0], x : x + tile.shape[1]] = tile
@@ -83,9 +85,13 @@ def text(tile: np.ndarray, line: str, at: tuple[int, int], colour: tuple[int, in
 
 
 def _fitting(count: int, across: int, columns: int, width: int, height: int) -> float:
-    """The scale at which so many strips in a row fill the sheet; whole above 1, so that pixels stay square."""
+    """The scale at which so many strips in a row fill the sheet."""
     down = math.ceil(count / across)
     wide = (LARGEST / across - (columns + 2) * _GAP) / (columns * width)
     high = (LARGEST / down - _HEAD - _GAP) / height
-    scale = min(wide, high, 4.0)
-    return float(math.floor(scale)) if scale >= 1 else scale
+    return _even(min(wide, high))
+
+
+def _even(scale: float) -> float:
+    """The scale at most so large at which pixels stay square: a whole one where it enlarges."""
+    return float(min(math.floor(scale), 4)) if scale >= 1 else scale
