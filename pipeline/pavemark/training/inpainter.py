@@ -8,6 +8,7 @@ that learns to tell fills from ground, and its verdict.
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -41,7 +42,7 @@ SOBER = 0.08
 KEPT_EVERY = 250
 """Steps after which the state is kept: training that was cut off goes on from there."""
 
-ERROR, COARSE, ENERGY, FEATURES, VERDICT = 1.0, 1.0, 1.0, 1.0, 0.05
+ERROR, COARSE, ENERGY, FEATURES, VERDICT = 1.0, 1.0, 0.2, 1.0, 0.1
 """Weights of the terms of the loss."""
 
 
@@ -100,21 +101,31 @@ def train(
     makers = torch.optim.Adam(net.parameters(), RATE, betas=(0.5, 0.99))
     judges = torch.optim.Adam(critic.parameters(), CRITIC_RATE, betas=(0.5, 0.99))
     parts = {"net": net, "average": average, "critic": critic, "makers": makers, "judges": judges}
-    begin = 0
-    if state.exists():
-        kept = torch.load(state, weights_only=True)
-        begin = kept.pop("step")
-        for name, part in parts.items():
-            part.load_state_dict(kept[name])
+    job = (len(pool), steps, seed, PATCH, BATCH)
+    begin = _taken_up(state, parts, job)
     net, critic = net.to(memory_format=torch.channels_last), critic.to(memory_format=torch.channels_last)
     for step in range(begin, steps):
-        tell(step, _step(step, steps, seed, pool, net, average, critic, makers, judges))
+        terms = _step(step, steps, seed, pool, net, average, critic, makers, judges)
         if (step + 1) % KEPT_EVERY == 0:
             held = io.BytesIO()
-            torch.save({"step": step + 1, **{name: part.state_dict() for name, part in parts.items()}}, held)
+            known = {name: part.state_dict() for name, part in parts.items()}
+            torch.save({"job": job, "step": step + 1, **known}, held)
             files.write(state, held.getvalue())
+        tell(step + 1, terms)
     files.write(out, exported(average))
     state.unlink(missing_ok=True)
+
+
+def _taken_up(path: Path, parts: dict, job: tuple[int, ...]) -> int:
+    """The step that a kept state has come to, its weights taken over; 0 where there is none of this job."""
+    if not path.exists():
+        return 0
+    kept = torch.load(path, weights_only=True)
+    if tuple(kept["job"]) != job:
+        return 0
+    for name, part in parts.items():
+        part.load_state_dict(kept[name])
+    return kept["step"]
 
 
 def _step(step, steps, seed, pool, net, average, critic, makers, judges) -> dict[str, float]:
@@ -122,8 +133,8 @@ def _step(step, steps, seed, pool, net, average, critic, makers, judges) -> dict
     image, gap, judged = _batch(step, seed, pool)
     noise = torch.Generator().manual_seed(seed * 1_000_003 + step)
     grain = torch.randn(len(image), CELL * CELL, PATCH // CELL, PATCH // CELL, generator=noise)
-    share = min(1.0, (step + 1) / WARM) * 0.5 * (1 + np.cos(np.pi * step / steps))
-    heard = float(np.clip((step / steps - SOBER) / SOBER, 0, 1))
+    share = min(1.0, (step + 1) / WARM) * 0.5 * (1 + math.cos(math.pi * step / steps))
+    heard = min(1.0, max(0.0, (step / steps - SOBER) / SOBER))
     for optimizer, rate in ((makers, RATE), (judges, CRITIC_RATE)):
         for group in optimizer.param_groups:
             group["lr"] = rate * share
