@@ -11,7 +11,7 @@ import numpy as np
 from pavemark.background.ego import ego_car
 from pavemark.background.free_ground import free_ground
 from pavemark.background.markings import find_markings
-from pavemark.background.reading import Classes, MaskTable, read_mask
+from pavemark.background.reading import Classes, MaskTable, read_flags, read_mask
 from pavemark.background.segmenter import network, segment
 from pavemark.ground import Frame
 
@@ -115,6 +115,18 @@ def classes(image: np.ndarray, mask: Path | None, table: MaskTable, segmenter: S
     read = read_mask(mask, table, image.shape[:2])
     ground = read.ground if table.ground is not None else segmenter.ground(image, read.marking, frame)
     return Classes(read.marking & ground, ground)
+
+
+def mended(markings: Path, ground: Path, shape: tuple[int, int]) -> Classes:
+    """What is marking and what is ground where a file tells of each, see `read_flags`. Neither is doubted.
+
+    Raises
+    ------
+    InputError
+        When one of them is refused.
+    """
+    free = read_flags(ground, shape)
+    return Classes(read_flags(markings, shape) & free, free)
 
 
 def _without_specks(markings: np.ndarray, frame: Frame) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 
 from pavemark.background import cache
 from pavemark.background.ego import ego_car
-from pavemark.background.finding import SEGMENTERS, classes
+from pavemark.background.finding import SEGMENTERS, classes, mended
 from pavemark.background.inpainting import inpainter
 from pavemark.background.ratios import reflectance_ratios
 from pavemark.background.reading import MaskTable, read_image
@@ -42,21 +42,28 @@ class _Source:
     table: MaskTable
     method: str
     segmenter: str = "strokes"
+    ground: Path | None = None
 
     def key(self) -> str:
         """Hash of all that the plate's pixels depend on, the files by their content."""
-        complete = self.mask is not None and self.table.ground is not None
+        complete = self.mask is not None and (self.table.ground is not None or self.ground is not None)
         finder = None if complete else SEGMENTERS[self.segmenter].version
         settings = [VERSION, self.scale, unstructure(self.table), self.method, inpainter(self.method).version, finder]
         digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
-        for path in (self.image, self.mask):
+        for path in (self.image, self.mask, self.ground):
             if path is not None:
                 digest.update(hashlib.sha256(_bytes(path)).digest())
         return digest.hexdigest()
 
 
 def make_plate(
-    image: Path, mask: Path | None, scale: float, table: MaskTable, method: str, segmenter: str = "strokes"
+    image: Path,
+    mask: Path | None,
+    scale: float,
+    table: MaskTable,
+    method: str,
+    segmenter: str = "strokes",
+    ground: Path | None = None,
 ) -> Plate:
     """Take the markings off an image.
 
@@ -76,6 +83,8 @@ def make_plate(
         Name of an inpainter.
     segmenter : str
         What looks for the markings: one of `SEGMENTERS`.
+    ground : Path or None
+        A mask of 0 and 1 (ground). With it `mask` is one too, and neither the table nor the segmenter is asked.
 
     Returns
     -------
@@ -88,7 +97,7 @@ def make_plate(
         When a file or the method is refused, or the markings leave no ground to fill them from.
     """
     inpainter(method)
-    source = _Source(Path(image), None if mask is None else Path(mask), scale, table, method, segmenter)
+    source = _Source(Path(image), None if mask is None else Path(mask), scale, table, method, segmenter, ground)
     return _plate(source, source.key())
 
 
@@ -123,7 +132,10 @@ def _frame(source: _Source, width: int, height: int) -> Frame:
 
 def _made(source: _Source, pixels: np.ndarray, frame: Frame) -> dict[str, np.ndarray]:
     """What is worked out of an image: which pixels are marking and ground, what fills the hole, the ratios."""
-    found = classes(pixels, source.mask, source.table, SEGMENTERS[source.segmenter], frame)
+    if source.ground is not None:
+        found = mended(source.mask, source.ground, pixels.shape[:2])
+    else:
+        found = classes(pixels, source.mask, source.table, SEGMENTERS[source.segmenter], frame)
     hole = _hole(found.marking, found.ground, frame)
     try:
         clean = inpainter(source.method).fill(pixels, hole, ~found.ground)

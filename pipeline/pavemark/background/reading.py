@@ -125,7 +125,7 @@ def read_mask(path: Path, table: MaskTable, shape: tuple[int, int]) -> Classes:
 
 
 def read_flags(path: Path, shape: tuple[int, int]) -> np.ndarray:
-    """Read a mask of 0 and 1.
+    """Read a mask of 0 and 1, or 255, the white of an editor, for 1.
 
     Parameters
     ----------
@@ -144,9 +144,11 @@ def read_flags(path: Path, shape: tuple[int, int]) -> np.ndarray:
         When it cannot be read, is not such a PNG, is of another size or holds another value.
     """
     values = _values(path, shape)
-    if values.max() > 1:
-        raise InputError(path, f"mask value {values[values > 1].min()}: allowed are 0 and 1")
-    return values > 0
+    flags = values > 0
+    others = values[flags & (values != 1) & (values != 255)]
+    if len(others):
+        raise InputError(path, f"mask value {others.min()}: allowed are 0, and 1 or 255")
+    return flags
 
 
 def _values(path: Path, shape: tuple[int, int]) -> np.ndarray:

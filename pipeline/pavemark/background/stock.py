@@ -44,6 +44,8 @@ class Row:
         As `Plate` has them: measured on the image, in which the markings still were.
     files : dict
         SHA-256 of the plate's files as they were written, by their path in the folder.
+    mended : bool
+        Whether the plate was made of the folder's own masks, after hands had mended them. `mask` is None then.
     """
 
     name: str
@@ -55,6 +57,7 @@ class Row:
     blur: tuple[tuple[float, ...], ...]
     roadside: Roadside | None
     files: dict[str, str]
+    mended: bool = False
 
 
 def paths(folder: Path, name: str) -> dict[str, Path]:
@@ -107,7 +110,7 @@ class Stock:
         ------
         InputError
             When one of its files is missing, damaged, of another size than the plate was made or, a mask, holds other
-            values than 0 and 1.
+            values than 0, and 1 or 255.
         """
         row = self.row(name)
         files = paths(self.folder, name)

@@ -70,8 +70,8 @@ def _told(lines: list[str]) -> list[str]:
     return [*lines[:LONELY], f"{more} more without a partner of their name"] if more > 0 else lines
 
 
-def read_plate(image: Path, mask: Path | None, inputs: Inputs) -> Plate:
-    """The plate of an entry.
+def read_plate(image: Path, mask: Path | None, inputs: Inputs, ground: Path | None = None) -> Plate:
+    """The plate of an entry; of `ground` see `make_plate`.
 
     Raises
     ------
@@ -81,7 +81,8 @@ def read_plate(image: Path, mask: Path | None, inputs: Inputs) -> Plate:
     try:
         if isinstance(inputs, Job) and inputs.plates is not None:
             return stock(Path(inputs.plates)).plate(image.stem)
-        return make_plate(image, mask, inputs.pixels_per_metre, inputs.mask, inputs.inpainter, inputs.segmenter)
+        scale, method = inputs.pixels_per_metre, inputs.inpainter
+        return make_plate(image, mask, scale, inputs.mask, method, inputs.segmenter, ground)
     except InputError as error:
         raise UnusableImage(error.where, error.what) from None
 

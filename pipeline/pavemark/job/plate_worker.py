@@ -6,6 +6,8 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pavemark import files
 from pavemark.background.stock import Row, paths
 from pavemark.errors import InputError
@@ -26,36 +28,39 @@ class Plates:
     def make(self, task: dict[str, Any]) -> dict[str, Any]:
         """See `pavemark.job.worker.Craft.make`."""
         image, mask = Path(task["image"]), None if task["mask"] is None else Path(task["mask"])
+        written = paths(self._out, image.stem)
+        mended = mask == written["masks"]
+        given = {"image": image} if mask is None or mended else {"image": image, "mask": mask}
         try:
-            # Before they are read: what is written to them meanwhile is noticed the next time.
-            stamps = [stamp(path) for path in (image, mask) if path is not None]
-            hashes = [sha256(path) for path in (image, mask) if path is not None]
+            # Before they are read: what is done to them meanwhile is noticed the next time.
+            stamps = {role: stamp(path) for role, path in given.items()}
+            hashes = {role: sha256(path) for role, path in given.items()}
         except InputError as error:
             raise UnusableImage(error.where, error.what) from None
-        plate = read_plate(image, mask, self._inputs)
+        plate = read_plate(image, mask, self._inputs, written["ground"] if mended else None)
         # Markings and ground first: where the plate is there, they are too.
-        pictures = {
-            "masks": plate.markings.astype("uint8"),
-            "ground": plate.ground.astype("uint8"),
-            "plates": plate.image,
-        }
-        written = {}
-        for kind, path in sorted(paths(self._out, plate.name).items()):
-            data = files.png(pictures[kind])
-            files.write(path, data)
-            written[path.relative_to(self._out).as_posix()] = hashlib.sha256(data).hexdigest()
+        pictures = {"masks": plate.markings, "ground": plate.ground, "plates": plate.image}
+        files_of = {}
+        for kind, pixels in pictures.items():
+            data = files.png(pixels.astype(np.uint8))
+            files.write(written[kind], data)
+            files_of[written[kind].relative_to(self._out).as_posix()] = hashlib.sha256(data).hexdigest()
         row = Row(
             name=plate.name,
             input=image.name,
-            sha256=hashes[0],
-            mask=None if mask is None else hashes[1],
+            sha256=hashes["image"],
+            mask=hashes.get("mask"),
             size=(plate.frame.width, plate.frame.height),
             ratios=plate.ratios,
             blur=blur(plate),
             roadside=plate.roadside,
-            files=written,
+            files=files_of,
+            mended=mended,
         )
-        return {"row": unstructure(row), "stamps": stamps}
+        return {
+            "row": unstructure(row),
+            "stamps": stamps | {kind: stamp(written[kind]) for kind in ("masks", "ground")},
+        }
 
 
 def stamp(path: Path) -> list[int]:

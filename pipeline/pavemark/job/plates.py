@@ -12,10 +12,11 @@ import numpy as np
 
 from pavemark import __version__, files
 from pavemark.background import cache
+from pavemark.background.finding import SEGMENTERS
 from pavemark.background.index import Entry
 from pavemark.background.inpainting import inpainter
 from pavemark.background.reading import read_image
-from pavemark.background.stock import FOLDERS, RECORD, ROWS, Row, stock
+from pavemark.background.stock import FOLDERS, RECORD, ROWS, Row, paths, stock
 from pavemark.errors import InputError
 from pavemark.job import journal
 from pavemark.job.config import Inputs
@@ -45,8 +46,9 @@ _MARKING, _NO_GROUND = (255, 0, 200), (120, 0, 0)
 def make(inputs: Inputs, out: Path, machine: Machine, progress: Progress) -> int:
     """Make the plates that a folder still lacks, and draw its contact sheet.
 
-    A plate counts as made when the journal says so and its files are there, whatever hands have done to them since.
-    It is made anew when its image or mask has changed, unless it was edited: that is told, and the plate stays.
+    A plate counts as made when the journal says so and its files are there. One whose masks in the folder hands have
+    mended is filled anew as these say, unless the plate was edited too: then it stays. When an image or its given mask
+    has changed, its plate is made anew, unless hands have mended it: then that is told, and it stays.
 
     Returns
     -------
@@ -78,11 +80,12 @@ def make(inputs: Inputs, out: Path, machine: Machine, progress: Progress) -> int
 def _claim(out: Path, inputs: Inputs) -> None:
     """Write PLATES/plates.json, or hold what is to be made against what is there."""
     method = inpainter(inputs.inpainter)
+    complete = inputs.masks is not None and inputs.mask.ground is not None
     told = {
         **relative(inputs, _INPUTS, out),
         "scale": inputs.pixels_per_metre,
         "inpainter": {"name": method.name, "version": method.version},
-        "segmenter": inputs.segmenter if inputs.masks is None else None,
+        "segmenter": None if complete else {"name": inputs.segmenter, "version": SEGMENTERS[inputs.segmenter].version},
         "mask": None if inputs.masks is None else unstructure(inputs.mask),
         "versions": {"pavemark": __version__, **cache.LIBRARIES},
     }
@@ -119,7 +122,16 @@ class Run:
     def lacking(self) -> list[Entry]:
         """The images whose plate is not made, or whose files are not as they were. None of them is opened."""
         stamps = journal.beside(self.out)
-        return [e for e in self.entries if e.name not in self.done or not _as_was(e, stamps[e.name])]
+        return [
+            each for each in self.entries if each.name not in self.done or not self._as_was(each, stamps[each.name])
+        ]
+
+    def _as_was(self, entry: Entry, stamps: dict[str, list[int]]) -> bool:
+        where = {"image": entry.image, "mask": entry.mask, **paths(self.out, entry.name)}
+        try:
+            return all(stamp(where[role]) == known for role, known in stamps.items())
+        except InputError:
+            return False
 
     def make(self, lacking: list[Entry], machine: Machine) -> None:
         """Make plates until none is lacking or a signal stops it."""
@@ -135,42 +147,50 @@ class Run:
             sweep(self.out, FOLDERS)
 
     def _tasks(self, lacking: list[Entry], crew: Crew) -> Iterator[Task]:
-        done = self.done
         for number, entry in enumerate(lacking):
             if crew.stopped_by is not None:
                 return
             try:
-                wanted = entry.name not in done or self._changed(entry, done[entry.name])
+                task = self._task(number, entry)
             except InputError as error:
                 self._refuse(entry, error.where, error.what)
                 continue
-            if wanted:
-                yield Task(number, str(entry.image), entry.mask and str(entry.mask))
-            else:
+            if task is None:
                 self.progress.step(lacking=False)
+            else:
+                yield task
 
-    def _changed(self, entry: Entry, made: journal.Entry) -> bool:
-        """Whether the files of a plate that is made have another content; if not, their new stamps are kept.
+    def _task(self, number: int, entry: Entry) -> Task | None:
+        """How its plate is to be made; None where it is as it should be.
 
         Raises
         ------
         InputError
-            When a file cannot be read, or the plate would be made anew but was edited.
+            When a file cannot be read, or the plate would be made anew although hands have mended it.
         """
-        row = structure(Row, json.loads(made.read()[0]), self.out)
-        given = [path for path in (entry.image, entry.mask) if path is not None]
-        stamps = [stamp(path) for path in given]
-        if [sha256(path) for path in given] == [known for known in (row.sha256, row.mask) if known is not None]:
-            self.kept.append(entry.name, unstructure(row), stamps)
-            return False
-        edited = [name for name, known in sorted(row.files.items()) if sha256(self.out / name) != known]
-        if edited:
-            raise InputError(
-                entry.image,
-                f"it or its mask has changed since its plate was made, and so has {edited[0]} in {self.out}: "
-                "remove that to have the plate made anew",
-            )
-        return True
+        anew = Task(number, str(entry.image), entry.mask and str(entry.mask))
+        if entry.name not in self.done:
+            return anew
+        row = structure(Row, json.loads(self.done[entry.name].read()[0]), self.out)
+        own = paths(self.out, entry.name)
+        given = {"image": entry.image} if row.mask is None else {"image": entry.image, "mask": entry.mask}
+        known = {"image": row.sha256} if row.mask is None else {"image": row.sha256, "mask": row.mask}
+        stamps = {role: stamp(path) for role, path in {**given, **own}.items() if role != "plates"}
+        edited = {
+            kind for kind, path in own.items() if sha256(path) != row.files[path.relative_to(self.out).as_posix()]
+        }
+        if {role: sha256(path) for role, path in given.items()} != known:
+            if edited or row.mended:
+                raise InputError(
+                    entry.image,
+                    "it or its mask has changed since its plate was made, which hands have mended: "
+                    f"remove {own['plates']} to have it made anew",
+                )
+            return anew
+        if edited and "plates" not in edited:
+            return anew._replace(mask=str(own["masks"]))
+        self.kept.append(entry.name, unstructure(row), stamps)
+        return None
 
     def _take(self, answer: Answer, entry: Entry) -> None:
         message = answer.message
@@ -258,13 +278,6 @@ def _finished(out: Path) -> dict[str, journal.Entry]:
     there = journal.entries(out)
     names = set(there).intersection(*(stems(out / folder, ".png") for folder in FOLDERS))
     return {name: there[name] for name in names}
-
-
-def _as_was(entry: Entry, stamps: Sequence[list[int]]) -> bool:
-    try:
-        return [stamp(path) for path in (entry.image, entry.mask) if path is not None] == stamps
-    except InputError:
-        return False
 
 
 class _Sample:

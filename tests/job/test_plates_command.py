@@ -127,9 +127,7 @@ def test_rows_tell_of_the_images(inputs, stock):
         ratio = linear(source[:, 40:42].mean()) / linear(source[:, :30].mean())
         assert np.allclose(row["ratios"], ratio, rtol=0.1) and len(row["ratios"]) == 1
     settings = json.loads((stock / "plates.json").read_text())
-    assert (
-        settings["scale"] == 12 and settings["inpainter"]["name"] == "navier-stokes" and settings["segmenter"] is None
-    )
+    assert settings["scale"] == 12 and settings["inpainter"]["name"] == "navier-stokes"
     assert settings["versions"]["pavemark"] and settings["versions"]["numpy"] == np.__version__
 
 
@@ -347,12 +345,50 @@ def test_changed_inputs_are_made_anew_unless_their_plate_was_edited(inputs, tmp_
     assert code == 1 and "1 refused" in told
     assert wrong == (
         f"refused: {home}/images/c.png: it or its mask has changed since its plate was made, "
-        f"and so has plates/c.png in {out}: remove that to have the plate made anew\n"
+        f"which hands have mended: remove {out}/plates/c.png to have it made anew\n"
     )
     assert (read(out / "plates" / "c.png") == edited).all() and "files" in rows(out)["c"]
     (out / "plates" / "c.png").unlink()
     assert said(*command(home, out))[0] == 0
     assert (read(out / "masks" / "c.png") == given).all()
+
+
+def test_a_plate_is_filled_anew_as_its_mended_masks_say(inputs, stock, mended, said):
+    source = {name: read(inputs / "images" / f"{name}.png") for name in "abc"}
+    before = files(mended)
+    # In a: another marking, in an editor's white. In b: the car's ground taken out, and the marking on it is none.
+    mask, ground = read(mended / "masks" / "a.png"), read(mended / "ground" / "b.png")
+    mask[20:22] = 255
+    ground[:, 30:50] = 0
+    cv2.imwrite(str(mended / "masks" / "a.png"), mask)
+    cv2.imwrite(str(mended / "ground" / "b.png"), ground)
+    # In c the plate was edited too.
+    plate = read(mended / "plates" / "c.png")
+    plate[:5] = 7
+    cv2.imwrite(str(mended / "plates" / "c.png"), plate)
+    cv2.imwrite(str(mended / "masks" / "c.png"), np.zeros_like(mask))
+
+    code, told, wrong = said(*command(inputs, mended))
+    assert (code, wrong) == (0, "") and "2 of them made now" in told
+    assert (read(mended / "masks" / "a.png") == (mask > 0)).all()
+    a, b, c = (read(mended / "plates" / f"{name}.png") for name in "abc")
+    assert (a[20:22, :30] != source["a"][20:22, :30]).any()
+    assert (a[5:15] == read(stock / "plates" / "a.png")[5:15]).all()
+    assert (b == source["b"]).all() and not read(mended / "masks" / "b.png").any()
+    assert (read(mended / "ground" / "b.png") == ground).all()
+    assert (c == plate).all() and not read(mended / "masks" / "c.png").any()
+    told = rows(mended)
+    assert [told[name].get("mended", False) for name in "abc"] == [True, True, False]
+    assert told["a"]["ratios"] and not told["b"]["ratios"]
+
+    # That stays so, and given masks change it no more.
+    before = files(mended)
+    assert "0 of them made now" in said(*command(inputs, mended))[1]
+    assert files(mended) == before
+    mask[0, 0] = 3
+    cv2.imwrite(str(mended / "masks" / "a.png"), mask)
+    code, _, wrong = said(*command(inputs, mended))
+    assert code == 1 and wrong == f"refused: {mended}/masks/a.png: mask value 3: allowed are 0, and 1 or 255\n"
 
 
 def test_folders_that_are_refused(inputs, stock, tmp_path, said):
@@ -390,7 +426,7 @@ def test_without_masks_the_markings_are_found(tmp_path, said):
     assert mask[31:35, 20:180].mean() > 0.9 and mask[50:].sum() == 0
     assert read(out / "plates" / "a.png")[30:36, 10:190].max() < 130
     settings = json.loads((out / "plates.json").read_text())
-    assert settings["segmenter"] == "strokes" and settings["masks"] is None
+    assert settings["segmenter"]["name"] == "strokes" and settings["masks"] is None
     assert rows(out)["a"]["mask"] is None
 
 
@@ -470,7 +506,7 @@ def test_edited_files_are_honoured(mended, tmp_path, said):
     [
         ("masks", lambda pixels: None, "cannot be read: No such file or directory"),
         ("ground", lambda pixels: pixels[:50], "mask is 96×50 pixels: its image is 96×64"),
-        ("masks", lambda pixels: pixels * 255, "mask value 255: allowed are 0 and 1"),
+        ("masks", lambda pixels: pixels * 254, "mask value 254: allowed are 0, and 1 or 255"),
         ("masks", lambda pixels: np.dstack([pixels, pixels, 1 - pixels]), "mask has colours or alpha"),
         ("plates", lambda pixels: pixels[:, :90], "plate is 90×64 pixels: it was made 96×64"),
         ("plates", lambda pixels: np.dstack([pixels, pixels[..., 0]]), "image is with alpha: 8-bit RGB is allowed"),
