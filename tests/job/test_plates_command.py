@@ -14,6 +14,9 @@ import pytest
 
 from commandline import PROGRAM, contents, gone, kill, pavemark, start, wait_until, workers_of
 from pavemark import cli
+from pavemark.background.stock import stock as stock_of
+from pavemark.compose.optics import measure
+from pavemark.job import journal
 from pavemark.job.config import Inputs
 from pavemark.job.plates import make
 from pavemark.job.preview import preview
@@ -325,6 +328,8 @@ def test_changed_inputs_are_made_anew_unless_their_plate_was_edited(inputs, tmp_
     os.utime(home / "images" / "a.png", ns=(5, 5))
     assert "0 of them made now" in said(*command(home, out))[1]
     assert files(out) == before
+    # What was looked into once is not looked into again.
+    assert journal.beside(out)["a"]["image"][1] == 5
 
     given = read(home / "masks" / "b.png")
     given[10:12] = 1
@@ -472,6 +477,32 @@ def test_images_of_plates_are_the_images_of_their_images(drawn, stock, tmp_path,
     # Again, a scale that agrees does no harm, and the folders may be called otherwise.
     code, told, _ = said(*job, "--metres-per-pixel", "0.0833333333")
     assert code == 0 and "0 of them made now" in told
+
+
+def test_the_blur_of_the_image_outlives_its_markings(tmp_path, said):
+    rng = np.random.default_rng(6)
+    mask = np.zeros((180, 200), np.uint8)
+    mask[30:36] = mask[140:146] = mask[:, 60:66] = 1
+    line = cv2.GaussianBlur(mask.astype(np.float32), (0, 0), 2.5)[..., None]
+    image = rng.normal(90, 1, (180, 200, 3)) + 90 * line
+    for kind, pixels in (("images", image.clip(0, 255).astype(np.uint8)), ("masks", mask)):
+        (tmp_path / kind).mkdir()
+        cv2.imwrite(str(tmp_path / kind / "a.png"), pixels)
+    options = ("--scale", "40", "--inpainter", "navier-stokes")
+    given = (tmp_path / "images", "--masks", tmp_path / "masks", *options)
+    assert said("plates", *given, "--out", tmp_path / "plates")[0] == 0
+    job = ("--count", "2", "--set", "layout.empty_rate = 0", "--workers", "1")
+    assert said("render", "--images", *given, *job, "--out", tmp_path / "one")[0] == 0
+    assert said("render", "--plates", tmp_path / "plates", *job, "--out", tmp_path / "two")[0] == 0
+    one, two = (contents(tmp_path / out) for out in ("one", "two"))
+    assert one.pop("job.json") != two.pop("job.json") and one == two
+    plate = stock_of(tmp_path / "plates").plate("a")
+    assert plate.blur == json.loads(one["scenes/000000.json"], object_hook=_tuples)["optics"]["blur"]
+    assert plate.blur != measure(plate)
+
+
+def _tuples(data):
+    return {name: tuple(map(tuple, value)) if name == "blur" else value for name, value in data.items()}
 
 
 def test_edited_files_are_honoured(mended, tmp_path, said):
