@@ -3,6 +3,7 @@
 import hashlib
 
 import attrs
+import cv2
 import numpy as np
 import pytest
 from scipy import stats
@@ -139,3 +140,21 @@ def test_noise_at_black_and_white_does_not_wrap(kind, tone):
     image = quantise(noise.apply(np.full((50, 50, 3), tone, np.float32), Noise(kind, 10, 1)))
     assert np.abs(image.astype(int) - tone).max() < 120
     assert (image == tone).mean() > 0.4
+
+
+@pytest.mark.parametrize("edge_blur", [False, True])
+@pytest.mark.parametrize("method", ["reflectance", "normal", "mixed", "alpha"])
+def test_what_stands_in_front_cuts_the_paint_to_the_pixel(plate, method, edge_blur):
+    """A round pillar, a slanted bumper, a post of one pixel: soft paint, made softer, ends where they begin."""
+    v, u = np.mgrid[:90, :120]
+    things = ((u - 60) ** 2 + (v - 45) ** 2 < 150) | (u + 0.7 * v < 55) | ((u == 90) & (v > 20) & (v < 70))
+    on = attrs.evolve(plate, ground=~things)
+    alpha = np.clip(1.3 - np.abs(v - 45) / 6, 0, 1)[..., None]
+    paint = np.array((2.2, 2.2, 2.1)) if method == "reflectance" else to_linear(np.array([230, 230, 225], np.uint8))
+    soft = Layers(np.concatenate([alpha * paint, alpha], -1).astype(np.float32))
+    effects = {"blend": Blend(method=method, edge_blur=edge_blur), "optics": Optics(((1.8,),))}
+    image = run(on, soft, markings=(LINE,), **effects)
+    np.testing.assert_array_equal(image[things], on.image[things])
+    # Right beside them there is paint: the cut is not a wide berth.
+    beside = (cv2.dilate(things.astype(np.uint8), np.ones((3, 3))) > 0) & ~things & (np.abs(v - 45) < 3)
+    assert (image[beside].astype(int) - on.image[beside]).mean() > 25
