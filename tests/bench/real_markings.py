@@ -1,12 +1,13 @@
 """How well markings are found in real images with masks: F1 at 3 px, the network beside the classical detector.
 
-    python tests/bench/real_markings.py [--data DIR] [--picture FILE.png]
+    python tests/bench/real_markings.py [--half 200] [--data DIR] [--picture FILE.png]
 
 The data folder is development data and never in the repository; the picture shows it, so it stays out, too.
 """
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,6 +16,7 @@ from statistics import mean
 import click
 import cv2
 import numpy as np
+from scipy.ndimage import distance_transform_edt
 
 from pavemark.accuracy.markings import Found, compare
 from pavemark.background.finding import SEGMENTERS
@@ -47,10 +49,55 @@ def drawn(image: np.ndarray, found: np.ndarray, true: np.ndarray, ground: np.nda
     return cv2.resize(row, (round(row.shape[1] * 600 / row.shape[0]), 600), interpolation=cv2.INTER_AREA)
 
 
+REACH = 4.0
+"""Pixels of a half-view, 0.18 m, within which a labelled marking point has to have a found marking."""
+
+
+def half_views(data: Path, count: int) -> Iterator[tuple[str, np.ndarray, np.ndarray, Frame]]:
+    """Place, image, labelled marking points (N, 2) and frame of half-views, spread evenly over places and frames."""
+    places: dict[str, list[dict]] = {}
+    for line in (data / "halfview/labels.jsonl").read_text().splitlines():
+        row = json.loads(line)
+        if row["points"]:
+            places.setdefault(row["place"], []).append(row)
+    for place, rows in sorted(places.items()):
+        for k in np.linspace(0, len(rows) - 1, -(-count // len(places))).round().astype(int):
+            image = cv2.imread(str(data / "halfview" / rows[k]["image"]))[..., ::-1]
+            frame = Frame(image.shape[1], image.shape[0], 22.7 * image.shape[1] / 96)
+            yield place, image, np.array(rows[k]["points"]), frame
+
+
+def points_found(found: np.ndarray, points: np.ndarray, frame: Frame) -> np.ndarray:
+    """Whether marking points (N, 2) lie near a found marking, bool (N,)."""
+    away = distance_transform_edt(~found) if found.any() else np.full(found.shape, np.inf)
+    u, v = np.clip(points.astype(int), 0, np.array(found.shape)[::-1] - 1).T
+    return away[v, u] <= REACH * frame.scale / 22.7
+
+
+def tell_half_views(data: Path, count: int) -> None:
+    """Print, by place, the share of marking points found and the share of the ground called marking."""
+    found: dict[str, dict[str, list]] = {}
+    for place, image, points, frame in half_views(data, count):
+        for name, segmenter in SEGMENTERS.items():
+            marking = segmenter.find(image, frame).marking
+            found.setdefault(place, {}).setdefault(name, []).append(
+                (points_found(marking, points, frame), marking.mean())
+            )
+    print("\n| place |" + "".join(f" {name}: points found | marked |" for name in SEGMENTERS))
+    print("| --- |" + " --- |" * 2 * len(SEGMENTERS))
+    for place, by_name in found.items():
+        told = (
+            f" {np.concatenate([near for near, _ in rows]).mean():.3f} | {mean(share for _, share in rows):.3f} |"
+            for rows in by_name.values()
+        )
+        print(f"| {place} |" + "".join(told))
+
+
 @click.command()
+@click.option("--half", default=0, help="Half-views to look at, too.")
 @click.option("--data", type=click.Path(path_type=Path, exists=True), default=DATA, help="Folder with `full`.")
 @click.option("--picture", type=click.Path(path_type=Path), help="Where the results are drawn.")
-def main(data: Path, picture: Path | None) -> None:
+def main(half: int, data: Path, picture: Path | None) -> None:
     """Print a line an image and the means."""
     cv2.setNumThreads(1)
     scores: dict[str, list[Found]] = {name: [] for name in SEGMENTERS}
@@ -69,6 +116,8 @@ def main(data: Path, picture: Path | None) -> None:
     for what, of in (("mean", mean), ("least", min)):
         told = (f" {of(s.f1 for s in found):.3f} | | |" for found in scores.values())
         print(f"| **{what}** |" + "".join(told))
+    if half:
+        tell_half_views(data, half)
     if picture is not None:
         width = max(row.shape[1] for row in rows)
         sheet = np.vstack([np.pad(row, ((0, 6), (0, width - row.shape[1]), (0, 0))) for row in rows])

@@ -17,7 +17,8 @@ from pavemark.cli.words import cores
 from pavemark.errors import InputError
 from pavemark.training.pool import drawn
 
-VIEWS, STEPS = 1600, {"segmenter": 4500, "inpainter": 6000}
+VIEWS = {"segmenter": 2500, "inpainter": 500}
+STEPS = {"segmenter": 6000, "inpainter": 6000}
 """What the shipped networks were trained on, and for how long."""
 
 EVERY = 100
@@ -27,8 +28,8 @@ EVERY = 100
 @click.command()
 @click.argument("network", type=click.Choice(list(STEPS)))
 @click.option("--out", metavar="FILE", required=True, type=click.Path(path_type=Path), help="The model, ONNX.")
-@click.option("--views", type=click.IntRange(60, 10**6), default=VIEWS, show_default=True, help="Pictures to draw.")
-@click.option("--steps", type=click.IntRange(1), show_default="4500, 6000", help="Steps of training.")
+@click.option("--views", type=click.IntRange(100, 10**6), show_default="2500, 500", help="Pictures to draw.")
+@click.option("--steps", type=click.IntRange(1), show_default="6000", help="Steps of training.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="All else follows from it.")
 @click.option("--threads", type=click.IntRange(1), default=cores, show_default="all cores", help="Of the training.")
 @click.option("--workers", type=click.IntRange(1), default=cores, show_default="all cores", help="Of the drawing.")
@@ -36,7 +37,14 @@ EVERY = 100
     "--pool", "kept", metavar="DIR", type=click.Path(path_type=Path), help="Where the views are kept, 0.9 MB each."
 )
 def train(
-    network: str, out: Path, views: int, steps: int | None, seed: int, threads: int, workers: int, kept: Path | None
+    network: str,
+    out: Path,
+    views: int | None,
+    steps: int | None,
+    seed: int,
+    threads: int,
+    workers: int,
+    kept: Path | None,
 ) -> None:
     """Train the segmenter or the inpainter, on pictures that are drawn for it.
 
@@ -47,10 +55,11 @@ def train(
         raise InputError("--out", f"{out}: a file ending in .onnx is allowed")
     if out.exists():
         raise InputError(out, "is there already: it would be overwritten; another --out is allowed")
+    views = VIEWS[network] if views is None else views
+    steps = STEPS[network] if steps is None else steps
     folder = cache.folder() / "views" if kept is None else kept
     with _shown("views", views) as tell:
         pool = drawn(folder, views, seed, network == "segmenter", workers, lambda done: tell(done, {}))
-    steps = STEPS[network] if steps is None else steps
     with _shown("steps", steps) as tell:
         trained.train(pool, out, steps, seed, threads, tell)
     click.echo(f"{out}  {out.stat().st_size / 1e6:.1f} MB")

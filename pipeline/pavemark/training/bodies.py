@@ -54,11 +54,13 @@ class Body:
     dark: float = 0.4
 
 
-def sample(rng: np.random.Generator, scale: float, turn: float, slots: tuple[Row, ...]) -> list[Body]:
-    """Draw what stands on the ground."""
+def sample(
+    rng: np.random.Generator, scale: float, turn: float, slots: tuple[Row, ...], full: bool = False
+) -> list[Body]:
+    """Draw what stands on the ground; in a `full` car park there are cars in most slots."""
     found = []
     for row in slots:
-        occupied = rng.choice([0.0, 0.3, 0.6])
+        occupied = 0.8 if full else rng.choice([0.0, 0.3, 0.6])
         lean = rng.choice([0, np.pi]) + rng.normal(0, 0.03)
         for start in row.starts:
             if rng.random() < occupied:

@@ -27,7 +27,7 @@ class Floor:
     gloss: np.ndarray
 
 
-def sample(rng: np.random.Generator, scale: float, turn: float) -> Floor:
+def sample(rng: np.random.Generator, scale: float, turn: float, kind: str | None = None) -> Floor:
     """Draw a floor.
 
     Parameters
@@ -37,9 +37,11 @@ def sample(rng: np.random.Generator, scale: float, turn: float) -> Floor:
         Pixels per metre.
     turn : float
         Radians of the rows of slots against the rows of pixels: zones and bands follow them.
+    kind : str or None
+        "pavers" or "epoxy"; None draws one of all kinds.
     """
-    indoors = rng.random() < 0.45
-    kinds = _INDOORS if indoors else _OUTDOORS
+    indoors = rng.random() < 0.45 if kind is None else kind == "epoxy"
+    kinds = _INDOORS if indoors else _PAVERS if kind == "pavers" else _OUTDOORS
     name = str(rng.choice(list(kinds)))
     albedo, gloss = kinds[name](rng, scale, turn)
     for _ in range(int(rng.choice(4, p=(0.45, 0.25, 0.2, 0.1)))):
@@ -196,6 +198,7 @@ _OUTDOORS: dict[str, Kind] = {
     "tiles": _tiles,
     "turf": _turf,
 }
+_PAVERS: dict[str, Kind] = {"turf": _turf, "brick": _brick}
 _INDOORS: dict[str, Kind] = {"epoxy": _epoxy, "coat": _epoxy, "paint": _epoxy, "concrete": _concrete}
 
 

@@ -34,8 +34,12 @@ class Light:
     noise: float
 
 
-def sample(rng: np.random.Generator, scale: float) -> Light:
-    """Draw the light of a view at `scale` pixels per metre."""
+def sample(rng: np.random.Generator, scale: float, garage: bool = False) -> Light:
+    """Draw the light of a view at `scale` pixels per metre; in a `garage`, dim and full of lamps."""
+    if garage:
+        lit = _indoors(rng, scale)
+        glare = np.exp(rng.uniform(np.log(0.8), np.log(6.0)))
+        return attrs.evolve(lit, glare=float(glare), exposure=float(np.exp(rng.uniform(np.log(0.03), np.log(0.15)))))
     if rng.random() < 0.5:
         return _indoors(rng, scale)
     sun = None
@@ -86,7 +90,9 @@ def _shadow(rng: np.random.Generator) -> np.ndarray:
     return cv2.GaussianBlur(sheet, (0, 0), float(rng.uniform(0.5, 6)))
 
 
-def streaks(rng: np.random.Generator, polar: tuple[np.ndarray, np.ndarray], scale: float) -> np.ndarray:
+def streaks(
+    rng: np.random.Generator, polar: tuple[np.ndarray, np.ndarray], scale: float, lamps: tuple[int, int] = (0, 9)
+) -> np.ndarray:
     """What a smooth floor mirrors of lamps, windows and bodies: streaks that run away from the camera.
 
     Parameters
@@ -95,6 +101,8 @@ def streaks(rng: np.random.Generator, polar: tuple[np.ndarray, np.ndarray], scal
     polar : tuple of ndarray (SIDE, SIDE) float32
         Radians about the camera's foot, and pixels from it.
     scale : float
+    lamps : tuple of int
+        Between how many streaks there are; the second is not reached.
 
     Returns
     -------
@@ -104,7 +112,7 @@ def streaks(rng: np.random.Generator, polar: tuple[np.ndarray, np.ndarray], scal
     angle, distance = polar
     metres = distance / np.float32(scale)
     total = np.zeros((SIDE, SIDE), np.float32)
-    for _ in range(int(rng.integers(0, 9))):
+    for _ in range(int(rng.integers(*lamps))):
         off = np.abs((angle - rng.uniform(-np.pi, np.pi) + np.pi) % (2 * np.pi) - np.pi)
         near, long = rng.uniform(0.3, 4), rng.uniform(0.2, 3)
         # A lamp's image is as wide in metres as the lamp, or as its floor is rough.

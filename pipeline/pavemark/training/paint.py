@@ -296,7 +296,9 @@ def colour(rng: np.random.Generator) -> np.ndarray:
     return np.array(_COLOURS[name][0]) * rng.uniform(0.55, 1.2) * (1 + rng.normal(0, 0.05, 3))
 
 
-def laid_on(rng: np.random.Generator, albedo: np.ndarray, coat: np.ndarray, paint: np.ndarray) -> np.ndarray:
+def laid_on(
+    rng: np.random.Generator, albedo: np.ndarray, coat: np.ndarray, paint: np.ndarray, inlaid: float = INLAID
+) -> np.ndarray:
     """The floor with a coat of paint, old or fresh.
 
     Parameters
@@ -307,12 +309,14 @@ def laid_on(rng: np.random.Generator, albedo: np.ndarray, coat: np.ndarray, pain
         Its coverage.
     paint : ndarray (3,)
         Its reflectance.
+    inlaid : float
+        Chance that it is no paint but stones, where the floor is ROUGH.
     """
     inside = coat > 0.5
     if not inside.any():
         return albedo
     below = albedo[inside].mean(0)
-    if rng.random() < INLAID and albedo[inside].std(0).mean() > ROUGH * below.mean():
+    if rng.random() < inlaid and albedo[inside].std(0).mean() > ROUGH * below.mean():
         # Stones of the floor's own kind, without its joints and holes.
         paint = np.percentile(albedo[inside], rng.uniform(60, 95), axis=0)
         paint = paint * rng.uniform(0.85, 1.3) * (1 + rng.normal(0, 0.06, 3))

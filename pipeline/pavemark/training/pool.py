@@ -14,6 +14,9 @@ from pavemark.errors import InputError
 from pavemark.training import views
 from pavemark.training.canvas import SIDE
 
+EASY = 1600
+"""Views of all kinds with which a pool of markings begins; those after them are of the hard kinds, in turn."""
+
 MARKING, GROUND = 1, 2
 """Bits of the fourth channel."""
 

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
+import attrs
 import cv2
 import numpy as np
 import onnx
@@ -16,7 +17,7 @@ from torch.nn import functional
 
 from pavemark.files import write
 from pavemark.training.canvas import SIDE
-from pavemark.training.pool import GROUND, MARKING
+from pavemark.training.pool import EASY, GROUND, MARKING
 from pavemark.training.views import SCALE
 
 CROP, BATCH = 256, 12
@@ -28,11 +29,14 @@ WIDTHS = (24, 40, 64, 96, 128)
 DEEPEST = 2 ** len(WIDTHS)
 """The network takes sides that are multiples of this."""
 
-RATE, DECAY, KEPT = 2e-3, 1e-2, 0.998
-"""Largest learning rate, weight decay, and how much of the averaged weights stays at a step."""
+DECAY, KEPT = 1e-2, 0.998
+"""Weight decay, and how much of the averaged weights stays at a step."""
 
 HELD_OUT = 48
-"""Views at the pool's end that are judged by and not learnt from."""
+"""Views, the last of the first EASY ones, that are judged by and not learnt from."""
+
+TELL, KEEP = 20, 200
+"""Steps from one telling, and from one keeping of the state, to the next."""
 
 Tell = Callable[[int, dict[str, float]], None]
 
@@ -70,6 +74,33 @@ def _block(before: int, width: int) -> nn.Sequential:
     return nn.Sequential(*layers)
 
 
+@attrs.frozen
+class Phase:
+    """A part of the training.
+
+    Attributes
+    ----------
+    first, last : int
+        Its steps, the last not counted.
+    rate : float
+        Largest learning rate.
+    views : int
+        Views from the pool's beginning that are learnt from.
+    """
+
+    first: int
+    last: int
+    rate: float
+    views: int
+
+
+def phases(steps: int, views: int) -> tuple[Phase, ...]:
+    """All kinds of view for three quarters of the time; then the hard kinds, too, from the averaged weights on."""
+    turn = steps if views <= EASY else steps * 3 // 4
+    every = Phase(0, turn, 2e-3, min(views, EASY))
+    return (every,) if turn == steps else (every, Phase(turn, steps, 7e-4, views))
+
+
 def train(pool: np.ndarray, out: Path, steps: int, seed: int, threads: int, tell: Tell) -> None:
     """Train the network and write it as ONNX.
 
@@ -78,48 +109,68 @@ def train(pool: np.ndarray, out: Path, steps: int, seed: int, threads: int, tell
     Parameters
     ----------
     pool : ndarray (N, SIDE, SIDE, 4) uint8
-        From `pavemark.training.pool.drawn`; the last HELD_OUT views are judged by.
+        From `pavemark.training.pool.drawn`.
     out : Path
         The model.
     steps, seed : int
     threads : int
         Of torch. Another number gives other last bits.
     tell : callable
-        Told, every 20 steps, the step and the loss; every 200 also the F1 of markings and the IoU of ground on held-out
-        views, from the averaged weights.
+        Told, every TELL steps, the step and the loss; every KEEP also the F1 of markings and the IoU of ground on
+        held-out views, from the averaged weights.
     """
     torch.manual_seed(seed)
     torch.set_num_threads(threads)
     cv2.setNumThreads(1)
+    job = (steps, seed, len(pool))
+    state = out.with_suffix(".state")
     network = Segmenter().to(memory_format=torch.channels_last)
     averaged = torch.optim.swa_utils.AveragedModel(network, avg_fn=_average, use_buffers=True)
-    optimiser = torch.optim.AdamW(network.parameters(), lr=RATE, weight_decay=DECAY)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, RATE, total_steps=steps + 1, pct_start=0.1)
-    state = out.with_suffix(".state")
-    parts = {"network": network, "averaged": averaged, "optimiser": optimiser, "schedule": schedule}
-    first = _taken_up(state, parts, (steps, seed, len(pool)))
-    learnt = len(pool) - HELD_OUT
-    for step in range(first, steps):
-        rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(1, step))))
-        image, truth = _batch(pool, rng, learnt)
-        network.train()
-        with torch.autocast("cpu", torch.bfloat16):
-            logits = network(image)
-        value = loss(logits.float(), truth)
-        optimiser.zero_grad()
-        value.backward()
-        nn.utils.clip_grad_norm_(network.parameters(), 1.0)
-        optimiser.step()
-        schedule.step()
-        averaged.update_parameters(network)
-        told = {"loss": value.item()}
-        if step % 200 == 199:
-            told |= judged(averaged.module, pool[learnt:])
-            _keep(state, parts, (steps, seed, len(pool)), step + 1)
-        if step % 20 == 19:
-            tell(step + 1, told)
+    held_out = np.arange(min(EASY, len(pool)))[-HELD_OUT:]
+    first, kept = _taken_up(state, job)
+    for name, part in (("network", network), ("averaged", averaged)):
+        if name in kept:
+            part.load_state_dict(kept[name])
+    for phase in phases(steps, len(pool)):
+        if first >= phase.last:
+            continue
+        if first == phase.first > 0:
+            network.load_state_dict(averaged.module.state_dict())
+        optimiser = torch.optim.AdamW(network.parameters(), lr=phase.rate, weight_decay=DECAY)
+        schedule = torch.optim.lr_scheduler.OneCycleLR(
+            optimiser, phase.rate, total_steps=phase.last - phase.first + 1, pct_start=0.1
+        )
+        if first > phase.first:
+            optimiser.load_state_dict(kept["optimiser"])
+            schedule.load_state_dict(kept["schedule"])
+        parts = {"network": network, "averaged": averaged, "optimiser": optimiser, "schedule": schedule}
+        learnt = np.setdiff1d(np.arange(phase.views), held_out)
+        for step in range(first, phase.last):
+            rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(1, step))))
+            told = {"loss": _step(network, optimiser, *_batch(pool, rng, learnt))}
+            schedule.step()
+            averaged.update_parameters(network)
+            if step % KEEP == KEEP - 1:
+                told |= judged(averaged.module, pool[held_out])
+                _keep(state, parts, job, step + 1)
+            if step % TELL == TELL - 1:
+                tell(step + 1, told)
+        first = phase.last
     write(out, exported(averaged.module, f"steps {steps}, seed {seed}, views {len(pool)}"))
     state.unlink(missing_ok=True)
+
+
+def _step(network: nn.Module, optimiser: torch.optim.Optimizer, image: torch.Tensor, truth: torch.Tensor) -> float:
+    """One step of learning; the loss before it."""
+    network.train()
+    with torch.autocast("cpu", torch.bfloat16):
+        logits = network(image)
+    value = loss(logits.float(), truth)
+    optimiser.zero_grad()
+    value.backward()
+    nn.utils.clip_grad_norm_(network.parameters(), 1.0)
+    optimiser.step()
+    return value.item()
 
 
 def _average(kept: torch.Tensor, new: torch.Tensor, count: torch.Tensor) -> torch.Tensor:
@@ -140,8 +191,8 @@ def loss(logits: torch.Tensor, truth: torch.Tensor) -> torch.Tensor:
     return entropy + dice[0] + 0.3 * dice[1]
 
 
-def _batch(pool: np.ndarray, rng: np.random.Generator, learnt: int) -> tuple[torch.Tensor, torch.Tensor]:
-    samples = [augmented(pool[int(rng.integers(learnt))], rng) for _ in range(BATCH)]
+def _batch(pool: np.ndarray, rng: np.random.Generator, learnt: np.ndarray) -> tuple[torch.Tensor, torch.Tensor]:
+    samples = [augmented(pool[learnt[int(rng.integers(len(learnt)))]], rng) for _ in range(BATCH)]
     image = torch.from_numpy(np.stack([image for image, _ in samples])).permute(0, 3, 1, 2)
     truth = torch.from_numpy(np.stack([bits for _, bits in samples]))
     truth = torch.stack([(truth & bit) > 0 for bit in (MARKING, GROUND)], 1).float()
@@ -272,13 +323,11 @@ def _keep(path: Path, parts: dict, job: tuple[int, ...], step: int) -> None:
     write(path, stream.getvalue())
 
 
-def _taken_up(path: Path, parts: dict, job: tuple[int, ...]) -> int:
-    """The step that a kept state has come to, its weights taken over; 0 where there is none of this job."""
+def _taken_up(path: Path, job: tuple[int, ...]) -> tuple[int, dict]:
+    """The step that a kept state has come to, and the states of its parts; 0 and none where it is not of this job."""
     if not path.exists():
-        return 0
+        return 0, {}
     kept = torch.load(path, weights_only=True)
-    if tuple(kept["job"]) != job:
-        return 0
-    for name, part in parts.items():
-        part.load_state_dict(kept[name])
-    return kept["step"]
+    if tuple(kept.pop("job")) != job:
+        return 0, {}
+    return kept.pop("step"), kept

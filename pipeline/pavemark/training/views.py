@@ -17,6 +17,10 @@ from pavemark.training.canvas import SIDE
 SCALE = 48.0
 """Pixels per metre at which the networks work."""
 
+HARD = ("garage", "pavers", "full")
+"""Kinds of view that a network which has seen all kinds still gets wrong: streaks of lamps on a smooth floor that look
+like lines, lines of stones in a floor of stones, cars on either side."""
+
 RIGS = 12
 """Sets of cameras that views are seen with. Their maps are worked out once."""
 
@@ -123,7 +127,7 @@ def rig(number: int) -> Rig:
     return Rig(scale, tuple(cameras), stitch.silhouette(frame, ego, rng))
 
 
-def sample(rng: np.random.Generator, painted: bool = True) -> View:
+def sample(rng: np.random.Generator, painted: bool = True, hard: str | None = None) -> View:
     """Draw a view.
 
     Parameters
@@ -131,24 +135,32 @@ def sample(rng: np.random.Generator, painted: bool = True) -> View:
     rng : Generator
     painted : bool
         Whether there may be markings. The same stream gives the same ground without them.
+    hard : str or None
+        One of HARD; None draws views of all kinds.
     """
     cast = rng.spawn(6)
     seen_by = rig(int(cast[0].integers(RIGS)))
     scale = seen_by.scale
     turn = _turn(cast[0])
     slots = paint.rows(cast[0], scale, turn)
-    floor = floors.sample(cast[1], scale, turn)
+    floor = floors.sample(cast[1], scale, turn, {"garage": "epoxy", "pavers": "pavers"}.get(hard))
     albedo, marked = floor.albedo, np.zeros((SIDE, SIDE), np.float32)
     if painted:
         main = paint.colour(cast[2])
         for coat in paint.sample(cast[2], scale, turn, slots):
             colour = main if cast[2].random() < 0.6 else paint.colour(cast[2])
-            albedo = paint.laid_on(cast[2], albedo, coat, colour)
+            albedo = paint.laid_on(cast[2], albedo, coat, colour, 0.6 if hard == "pavers" else paint.INLAID)
             marked = np.maximum(marked, coat)
-    standing = bodies.sample(cast[3], scale, turn, slots) if cast[3].random() < 0.8 else []
-    lit = light.sample(cast[4], scale)
+    standing = []
+    if cast[3].random() < 0.8 or hard == "full":
+        standing = bodies.sample(cast[3], scale, turn, slots, hard == "full")
+    lit = light.sample(cast[4], scale, hard == "garage")
     below = lit.level * bodies.shade_below(standing, lit.sun, scale)[..., None]
-    image, free = _seen(cast[5], seen_by, albedo * below, floor.gloss, standing, lit)
+    lamps, gloss = (0, 9), floor.gloss
+    if hard == "garage":
+        # Of the streaks about a camera its sector shows a quarter.
+        lamps, gloss = (8, 40), np.maximum(gloss, 0.5)
+    image, free = _seen(cast[5], seen_by, albedo * below, gloss, standing, lit, lamps)
     ground = free & ~seen_by.car
     if cast[5].random() < 0.85:
         image[seen_by.car] = 0
@@ -171,6 +183,7 @@ def _seen(
     gloss: np.ndarray,
     standing: list[bodies.Body],
     lit: light.Light,
+    lamps: tuple[int, int],
 ) -> tuple[np.ndarray, np.ndarray]:
     """The stitched picture (SIDE, SIDE, 3) uint8, and where it shows ground (SIDE, SIDE) bool."""
     image = np.zeros((SIDE, SIDE, 3), np.float32)
@@ -180,7 +193,7 @@ def _seen(
     for camera in seen_by.cameras:
         picture = ground.copy()
         if lit.glare:
-            mirrored = lit.glare * gloss * light.streaks(rng, camera.polar, seen_by.scale)
+            mirrored = lit.glare * gloss * light.streaks(rng, camera.polar, seen_by.scale, lamps)
             picture += mirrored[..., None] * float(ground.mean())
         seen_ground = np.ones((SIDE, SIDE), np.uint8)
         shapes = bodies.seen(standing, camera.foot, camera.height, seen_by.scale)
