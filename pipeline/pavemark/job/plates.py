@@ -6,6 +6,7 @@ import json
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import attrs
 import numpy as np
@@ -28,7 +29,7 @@ from pavemark.job.journal import Journal, Shard
 from pavemark.job.plate_worker import sha256, stamp
 from pavemark.job.progress import Progress
 from pavemark.job.run import LOG, SOME_LACK, Machine, log
-from pavemark.records import read_json, structure, unstructure
+from pavemark.records import read_json, structure, to_json, unstructure
 
 WORKER = (sys.executable, "-m", "pavemark.job.plate_worker")
 """Starts a worker."""
@@ -60,10 +61,11 @@ def make(inputs: Inputs, out: Path, machine: Machine, progress: Progress) -> int
     InputError
         When nothing can be done: no usable image, an output folder that cannot be written or holds other plates.
     """
+    told = _settings(inputs, out)
     found, alone = entries(inputs)
     spare(out, FOLDERS, (inputs.images, inputs.masks), RECORD)
     with Journal(out, Shard()) as kept:
-        _claim(out, inputs)
+        _claim(out, told)
         sweep(out, FOLDERS)
         for line in alone:
             progress.tell(f"left out: {line}")
@@ -77,19 +79,22 @@ def make(inputs: Inputs, out: Path, machine: Machine, progress: Progress) -> int
     return run.exit_code
 
 
-def _claim(out: Path, inputs: Inputs) -> None:
-    """Write PLATES/plates.json, or hold what is to be made against what is there."""
-    method = inpainter(inputs.inpainter)
+def _settings(inputs: Inputs, out: Path) -> dict[str, Any]:
+    """What is to stand in PLATES/plates.json."""
+    method, finder = inpainter(inputs.inpainter), SEGMENTERS[inputs.segmenter]
     complete = inputs.masks is not None and inputs.mask.ground is not None
-    told = {
+    return {
         **relative(inputs, _INPUTS, out),
         "scale": inputs.pixels_per_metre,
         "inpainter": {"name": method.name, "version": method.version},
-        "segmenter": None if complete else {"name": inputs.segmenter, "version": SEGMENTERS[inputs.segmenter].version},
-        "mask": None if inputs.masks is None else unstructure(inputs.mask),
+        "segmenter": None if complete else {"name": inputs.segmenter, "version": finder.version},
+        "mask": None if inputs.masks is None else json.loads(to_json(inputs.mask)),
         "versions": {"pavemark": __version__, **cache.LIBRARIES},
     }
-    told = json.loads(json.dumps(told))
+
+
+def _claim(out: Path, told: dict[str, Any]) -> None:
+    """Write PLATES/plates.json, or hold what is to be made against what is there."""
     path = out / RECORD
     if path.exists():
         there = read_json(path)
