@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
+from typing import Any
 
 import attrs
 import numpy as np
 
 from pavemark.background import cache
+from pavemark.background.finding import SEGMENTERS
 from pavemark.background.index import Entry, index
+from pavemark.background.inpainting import inpainter
 from pavemark.background.plates import make_plate
 from pavemark.background.stock import RECORD, ROWS, stock
 from pavemark.compose import optics
@@ -47,6 +50,22 @@ def settled(job: Job) -> Job:
             f"scale = {scale:g} pixels per metre there, {job.pixels_per_metre:g} in the job: leave it out of the job",
         )
     return attrs.evolve(job, scale=scale, metres_per_pixel=None)
+
+
+def makers(inputs: Inputs) -> dict[str, Any]:
+    """What makes the plates, as a record: the inpainter, and the segmenter where masks leave it something to find.
+
+    Raises
+    ------
+    InputError
+        When one of them cannot be used on this machine.
+    """
+    method, finder = inpainter(inputs.inpainter), SEGMENTERS[inputs.segmenter]
+    complete = inputs.masks is not None and inputs.mask.ground is not None
+    return {
+        "inpainter": {"name": method.name, "version": method.version},
+        "segmenter": None if complete else {"name": inputs.segmenter, "version": finder.version},
+    }
 
 
 def entries(inputs: Inputs) -> tuple[tuple[Entry, ...], list[str]]:

@@ -13,9 +13,7 @@ import numpy as np
 
 from pavemark import __version__, files
 from pavemark.background import cache
-from pavemark.background.finding import SEGMENTERS
 from pavemark.background.index import Entry
-from pavemark.background.inpainting import inpainter
 from pavemark.background.reading import read_image
 from pavemark.background.stock import FOLDERS, RECORD, ROWS, Row, paths, stock
 from pavemark.errors import InputError
@@ -24,7 +22,7 @@ from pavemark.job.config import Inputs
 from pavemark.job.contact_sheet import drawn, scaled, spread
 from pavemark.job.crew import Answer, Crew, Task
 from pavemark.job.folder import hold_against, relative, spare, stems, sweep, write_record
-from pavemark.job.inputs import entries
+from pavemark.job.inputs import entries, makers
 from pavemark.job.journal import Journal, Shard
 from pavemark.job.plate_worker import sha256, stamp
 from pavemark.job.progress import Progress
@@ -81,13 +79,10 @@ def make(inputs: Inputs, out: Path, machine: Machine, progress: Progress) -> int
 
 def _settings(inputs: Inputs, out: Path) -> dict[str, Any]:
     """What is to stand in PLATES/plates.json."""
-    method, finder = inpainter(inputs.inpainter), SEGMENTERS[inputs.segmenter]
-    complete = inputs.masks is not None and inputs.mask.ground is not None
     return {
         **relative(inputs, _INPUTS, out),
         "scale": inputs.pixels_per_metre,
-        "inpainter": {"name": method.name, "version": method.version},
-        "segmenter": None if complete else {"name": inputs.segmenter, "version": finder.version},
+        **makers(inputs),
         "mask": None if inputs.masks is None else json.loads(to_json(inputs.mask)),
         "versions": {"pavemark": __version__, **cache.LIBRARIES},
     }

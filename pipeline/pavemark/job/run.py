@@ -16,7 +16,7 @@ from pavemark.job.config import Job
 from pavemark.job.crew import Answer, Crew, Task
 from pavemark.job.dataset import join
 from pavemark.job.folder import RECORD, Folder, claim, spare, sweep
-from pavemark.job.inputs import entries, settled
+from pavemark.job.inputs import entries, makers, settled
 from pavemark.job.journal import Journal, Shard
 from pavemark.job.order import place
 from pavemark.job.progress import Progress
@@ -68,6 +68,8 @@ def run(job: Job, out: Path, shard: Shard, machine: Machine, progress: Progress)
         When the job cannot be done: no usable image, an output folder that cannot be written or holds another job.
     """
     job = settled(job)
+    if job.plates is None:
+        makers(job)
     found, alone = entries(job)
     folder = Folder.of(out, job)
     spare(out, folder.folders, (job.images, job.masks, job.plates), RECORD)
