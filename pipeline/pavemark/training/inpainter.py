@@ -42,7 +42,7 @@ SOBER = 0.08
 KEPT_EVERY = 250
 """Steps after which the state is kept: training that was cut off goes on from there."""
 
-ERROR, COARSE, ENERGY, FEATURES, VERDICT = 1.0, 1.0, 0.2, 1.0, 0.1
+ERROR, COARSE, ENERGY, FEATURES, VERDICT = 1.0, 1.0, 0.4, 1.5, 0.15
 """Weights of the terms of the loss."""
 
 
