@@ -5,6 +5,7 @@ import pytest
 
 from pavemark.errors import InputError
 from pavemark.training import pool
+from pavemark.training import views as own
 from pavemark.training.pool import GROUND, MARKING, drawn
 
 
@@ -37,3 +38,10 @@ def test_a_folder_that_cannot_be_made_is_told(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot be written"):
         drawn(tmp_path / "file" / "pool", 1, 0, True, 1, _silent)
+
+
+@pytest.mark.parametrize(("number", "hard"), [(pool.EASY - 1, False), (pool.EASY, True), (pool.EASY + 1, True)])
+def test_hard_kinds_come_after_the_easy_ones(number, hard):
+    rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(7, spawn_key=(number,))))
+    kind = own.HARD[number % len(own.HARD)] if hard else None
+    assert (pool._view((number, 7, True))[..., :3] == own.sample(rng, True, kind).image).all()

@@ -81,7 +81,7 @@ def test_what_is_written_gives_what_was_learnt(tmp_path):
 def test_the_truth_follows_its_pixels(pool):
     """Zoomed, turned and mirrored, a view's lines are bright where its bits say so."""
     for number in range(8):
-        image, bits = segmenter.augmented(pool[number % 6], np.random.default_rng(number))
+        image, bits = segmenter.augmented(pool[number % 6], np.random.default_rng(number), (0.7, 2.2))
         marking = (bits & MARKING) > 0
         if 500 < marking.sum() < 0.5 * marking.size:
             assert np.median(image[marking]) > np.median(image[~marking]) + 0.05

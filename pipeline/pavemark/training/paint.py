@@ -66,8 +66,10 @@ def rows(rng: np.random.Generator, scale: float, turn: float) -> tuple[Row, ...]
     return tuple(found)
 
 
-def sample(rng: np.random.Generator, scale: float, turn: float, slots: tuple[Row, ...]) -> list[np.ndarray]:
-    """Draw markings.
+def sample(
+    rng: np.random.Generator, scale: float, turn: float, slots: tuple[Row, ...], crossing: bool = False
+) -> list[np.ndarray]:
+    """Draw markings; those of a street rather than of a car park at a `crossing`.
 
     Returns
     -------
@@ -76,7 +78,7 @@ def sample(rng: np.random.Generator, scale: float, turn: float, slots: tuple[Row
     """
     coats = []
     width = np.exp(rng.uniform(np.log(0.06), np.log(0.2))) * scale
-    for row in slots:
+    for row in () if crossing else slots:
         if rng.random() < 0.88:
             stencil = Stencil()
             _slots(rng, stencil, row, width, scale)
@@ -86,7 +88,9 @@ def sample(rng: np.random.Generator, scale: float, turn: float, slots: tuple[Row
             _figures(rng, stencil, row, scale)
             coats.append(stencil.coverage())
     others = (_lanes, _lanes, _zebra, _zebra, _arrow, _arrow, _words, _hatching, _curve, _strokes, _box)
-    for _ in range(int(rng.choice(4, p=(0.3, 0.4, 0.2, 0.1) if slots else (0.1, 0.35, 0.35, 0.2)))):
+    if crossing:
+        others = (_zebra, _zebra, _arrow, _lanes, _words)
+    for _ in range(int(rng.choice(4, p=(0.3, 0.4, 0.2, 0.1) if slots and not crossing else (0.1, 0.35, 0.35, 0.2)))):
         stencil = Stencil()
         others[int(rng.integers(len(others)))](rng, stencil, scale, turn)
         coats.append(stencil.coverage())

@@ -14,7 +14,7 @@ from pavemark.errors import InputError
 from pavemark.training import views
 from pavemark.training.canvas import SIDE
 
-EASY = 1600
+EASY = 2500
 """Views of all kinds with which a pool of markings begins; those after them are of the hard kinds, in turn."""
 
 MARKING, GROUND = 1, 2
@@ -82,8 +82,8 @@ def _alone() -> None:
 
 def _view(task: tuple[int, int, bool]) -> np.ndarray:
     number, seed, painted = task
-    view = views.sample(
-        np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(number,)))), painted
-    )
+    rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(number,))))
+    hard = views.HARD[number % len(views.HARD)] if painted and number >= EASY else None
+    view = views.sample(rng, painted, hard)
     bits = view.marking * np.uint8(MARKING) + view.ground * np.uint8(GROUND)
     return np.dstack([view.image, bits.astype(np.uint8)])

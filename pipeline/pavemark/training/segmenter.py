@@ -86,19 +86,22 @@ class Phase:
         Largest learning rate.
     views : int
         Views from the pool's beginning that are learnt from.
+    zoom : tuple of float
+        Between what factors they are enlarged: no user's scale is quite known, and that of lanes often not at all.
     """
 
     first: int
     last: int
     rate: float
     views: int
+    zoom: tuple[float, float]
 
 
 def phases(steps: int, views: int) -> tuple[Phase, ...]:
     """All kinds of view for three quarters of the time; then the hard kinds, too, from the averaged weights on."""
     turn = steps if views <= EASY else steps * 3 // 4
-    every = Phase(0, turn, 2e-3, min(views, EASY))
-    return (every,) if turn == steps else (every, Phase(turn, steps, 7e-4, views))
+    every = Phase(0, turn, 2e-3, min(views, EASY), (0.75, 1.6))
+    return (every,) if turn == steps else (every, Phase(turn, steps, 7e-4, views, (0.7, 2.2)))
 
 
 def train(pool: np.ndarray, out: Path, steps: int, seed: int, threads: int, tell: Tell) -> None:
@@ -144,10 +147,11 @@ def train(pool: np.ndarray, out: Path, steps: int, seed: int, threads: int, tell
             optimiser.load_state_dict(kept["optimiser"])
             schedule.load_state_dict(kept["schedule"])
         parts = {"network": network, "averaged": averaged, "optimiser": optimiser, "schedule": schedule}
-        learnt = np.setdiff1d(np.arange(phase.views), held_out)
+        # Hard views come twice as often as others.
+        learnt = np.concatenate([np.setdiff1d(np.arange(phase.views), held_out), np.arange(EASY, phase.views)])
         for step in range(first, phase.last):
             rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(1, step))))
-            told = {"loss": _step(network, optimiser, *_batch(pool, rng, learnt))}
+            told = {"loss": _step(network, optimiser, *_batch(pool, rng, learnt, phase.zoom))}
             schedule.step()
             averaged.update_parameters(network)
             if step % KEEP == KEEP - 1:
@@ -191,15 +195,17 @@ def loss(logits: torch.Tensor, truth: torch.Tensor) -> torch.Tensor:
     return entropy + dice[0] + 0.3 * dice[1]
 
 
-def _batch(pool: np.ndarray, rng: np.random.Generator, learnt: np.ndarray) -> tuple[torch.Tensor, torch.Tensor]:
-    samples = [augmented(pool[learnt[int(rng.integers(len(learnt)))]], rng) for _ in range(BATCH)]
+def _batch(
+    pool: np.ndarray, rng: np.random.Generator, learnt: np.ndarray, zoom: tuple[float, float]
+) -> tuple[torch.Tensor, torch.Tensor]:
+    samples = [augmented(pool[learnt[int(rng.integers(len(learnt)))]], rng, zoom) for _ in range(BATCH)]
     image = torch.from_numpy(np.stack([image for image, _ in samples])).permute(0, 3, 1, 2)
     truth = torch.from_numpy(np.stack([bits for _, bits in samples]))
     truth = torch.stack([(truth & bit) > 0 for bit in (MARKING, GROUND)], 1).float()
     return image.contiguous(memory_format=torch.channels_last), truth
 
 
-def augmented(view: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+def augmented(view: np.ndarray, rng: np.random.Generator, zoom: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
     """A piece of a view as another camera might have shown it.
 
     Parameters
@@ -207,6 +213,8 @@ def augmented(view: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, n
     view : ndarray (SIDE, SIDE, 4) uint8
         As in a pool.
     rng : Generator
+    zoom : tuple of float
+        Between what factors it is enlarged.
 
     Returns
     -------
@@ -214,11 +222,11 @@ def augmented(view: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, n
         Display RGB, 0 to 1.
     bits : ndarray (CROP, CROP) uint8
     """
-    zoom = float(np.exp(rng.uniform(np.log(0.75), np.log(1.6))))
+    factor = float(np.exp(rng.uniform(*np.log(zoom))))
     turn = float(rng.normal(0, 0.1)) if rng.random() < 0.4 else 0.0
-    size = CROP / zoom
+    size = CROP / factor
     middle = rng.uniform(size / 2, SIDE - size / 2, 2) if size < SIDE else np.full(2, SIDE / 2)
-    c, s = zoom * math.cos(turn), zoom * math.sin(turn)
+    c, s = factor * math.cos(turn), factor * math.sin(turn)
     matrix = np.array([[c, s, 0], [-s, c, 0]])
     matrix[:, 2] = CROP / 2 - matrix[:, :2] @ middle
     warp = {"M": matrix, "dsize": (CROP, CROP), "borderMode": cv2.BORDER_REFLECT_101}

@@ -17,9 +17,9 @@ from pavemark.training.canvas import SIDE
 SCALE = 48.0
 """Pixels per metre at which the networks work."""
 
-HARD = ("garage", "pavers", "full")
+HARD = ("garage", "pavers", "full", "crossing")
 """Kinds of view that a network which has seen all kinds still gets wrong: streaks of lamps on a smooth floor that look
-like lines, lines of stones in a floor of stones, cars on either side."""
+like lines, lines of stones in a floor of stones, cars on either side, the wide bars of crossings."""
 
 RIGS = 12
 """Sets of cameras that views are seen with. Their maps are worked out once."""
@@ -147,7 +147,7 @@ def sample(rng: np.random.Generator, painted: bool = True, hard: str | None = No
     albedo, marked = floor.albedo, np.zeros((SIDE, SIDE), np.float32)
     if painted:
         main = paint.colour(cast[2])
-        for coat in paint.sample(cast[2], scale, turn, slots):
+        for coat in paint.sample(cast[2], scale, turn, slots, hard == "crossing"):
             colour = main if cast[2].random() < 0.6 else paint.colour(cast[2])
             albedo = paint.laid_on(cast[2], albedo, coat, colour, 0.6 if hard == "pavers" else paint.INLAID)
             marked = np.maximum(marked, coat)
