@@ -111,6 +111,22 @@ def test_slots_that_are_taken_are_better_than_none():
     assert sum(bool(randomize(on, index, 3, SHOWN).slots) for index in range(30)) > 10
 
 
+def test_no_row_begins_along_a_kerb():
+    """Lawn beyond 2.5 m on both sides, and the roadside's line is its kerb."""
+    x, _ = np.moveaxis(FULL.frame.pixel_centres(), -1, 0)
+    on = attrs.evolve(FULL, ground=FULL.ground & (np.abs(x) < 2.5), roadside=roadside(90.0, 2.5, -2.5))
+    seen = 0
+    for index in range(60):
+        for slot in randomize(on, index, 3, on_line(1.0, offset=(-0.3, 0.3))).slots:
+            p1, p2, p3, p4 = np.array(slot.corners)
+            for point, inwards in ((p1, p4 - p1), (p2, p3 - p2)):
+                uv = on.frame.to_image(point + 0.5 * inwards / np.linalg.norm(inwards))
+                if on.frame.contains(uv) and on.frame.contains(on.frame.to_image(point)):
+                    assert on.ground[int(uv[1]), int(uv[0])]
+                    seen += 1
+    assert seen > 20
+
+
 def test_opposite_rows_leave_an_aisle_wherever_they_are_moved():
     on = attrs.evolve(FULL, roadside=roadside(92.0, left=1.0, right=-0.9))
     pairs = 0

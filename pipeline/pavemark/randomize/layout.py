@@ -30,6 +30,10 @@ _SIDE = 16
 _PROBE = 0.15
 """Metres from a marking point along its lines at which there must be ground too, or nobody could see its shape."""
 
+_STEM = 0.5
+"""Metres into the slot at which there must be ground, too, where ground is known well enough to tell the roadside: an
+entrance line along a kerb or a wall has no slots behind it."""
+
 
 _AISLE = 2.5
 """Metres between two opposite entrance lines, at least: a car must pass."""
@@ -247,7 +251,8 @@ def _slots_along(rng: np.random.Generator, fitted: Fitted, shape: Shape) -> tupl
 def _look(row: Row, plate: Plate, front: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Whether marking points, given along the entrance line (N, 2), are in the frame, and their lines on ground."""
     points = np.asarray(row.origin) + front[..., None] * row.along
-    probes = np.array([np.zeros(2), row.along, -row.along, row.inwards]) * _PROBE
+    stem = _PROBE if plate.roadside is None else _STEM
+    probes = np.array([np.zeros(2), _PROBE * row.along, -_PROBE * row.along, stem * row.inwards])
     uv = plate.frame.to_image(points[..., None, :] + probes)
     inside = plate.frame.contains(uv)
     u, v = np.floor(uv).astype(np.int64)[..., 0], np.floor(uv).astype(np.int64)[..., 1]
