@@ -163,18 +163,28 @@ def score(case: Case, method: str, answer: Answer) -> Score:
 
 
 def summary(scores: Sequence[Score], times: Sequence[Speed]) -> str:
-    """The tables of inpaint.md."""
+    """What inpaint.md says."""
     parts = [
         "# Inpainting, on self-made holes",
         f"{len({row.image for row in scores})} images. {machine()}",
         "Median (quartiles) over the images; processor time; the most memory that the method's process has held.",
-        scored(scores),
+        *standing(scores),
     ]
-    if len({row.method for row in scores}) > 1 and any(row.method == REFERENCE for row in scores):
-        parts += [f"Share of the images on which a method does better than {REFERENCE}:", compared(scores)]
     if times:
         parts += ["Plates per minute: markings found and hole filled, medians.", timed(times)]
     return "\n\n".join(parts) + "\n"
+
+
+def standing(scores: Sequence[Score]) -> list[str]:
+    """How the methods stand: their scores, and how often each beats the reference where it was among them."""
+    methods = {row.method for row in scores}
+    if REFERENCE not in methods or len(methods) == 1:
+        return [scored(scores)]
+    return [
+        scored(scores),
+        f"Share of the images on which a method does better than {REFERENCE}:",
+        compared(scores),
+    ]
 
 
 def scored(scores: Sequence[Score]) -> str:

@@ -60,7 +60,6 @@ class Picture:
     image: np.ndarray
     hole: np.ndarray
     keep_out: np.ndarray
-    frame: Frame
 
 
 def speeds(sample: Sample, crew: Crew, most: int, watcher: Watcher) -> list[Speed]:
@@ -80,30 +79,38 @@ def speeds(sample: Sample, crew: Crew, most: int, watcher: Watcher) -> list[Spee
     """
     rows = []
     with ExitStack() as stack:
-        finders = {name: stack.enter_context(Apart(find, name)) for name in SEGMENTERS}
-        pictures = [_pictures(sample, frame, most) for frame in FRAMES]
-        with watcher.of(sum(map(len, pictures))):
-            for shown in filter(None, pictures):
-                found, filled = ({name: [] for name in names} for names in (finders, crew.methods))
-                for picture in shown:
-                    for name in [*finders]:
-                        try:
-                            if not found[name]:
-                                finders[name](name, picture.image, picture.frame)
-                            found[name].append(finders[name](name, picture.image, picture.frame).seconds)
-                        except InputError as error:
-                            watcher.tell(f"{error}; the segmenter is not timed")
-                            del finders[name]
-                    for name, answer in crew.fill(picture.image, picture.hole, picture.keep_out, watcher.tell):
-                        filled[name].append(answer.seconds)
-                    watcher.step(False)
-                rows += [
-                    _row(shown[0].frame, finder, method, found[finder], filled[method])
-                    for finder in finders
-                    for method in crew.methods
-                    if filled[method]
-                ]
+        finders = {}
+        for name in SEGMENTERS:
+            finder = stack.enter_context(Apart(find, name))
+            try:
+                finder(name, np.full((64, 64, 3), 128, np.uint8), Frame(64, 64))
+            except InputError as error:
+                watcher.tell(f"{error}; the segmenter is not timed")
+                continue
+            finders[name] = finder
+        pictures = {frame: _pictures(sample, frame, most) for frame in FRAMES}
+        with watcher.of(sum(map(len, pictures.values()))):
+            for frame, shown in pictures.items():
+                rows += _timed(frame, shown, finders, crew, watcher)
     return rows
+
+
+def _timed(
+    frame: Frame, shown: Sequence[Picture], finders: dict[str, Apart], crew: Crew, watcher: Watcher
+) -> list[Speed]:
+    found, filled = ({name: [] for name in names} for names in (finders, crew.methods))
+    for picture in shown:
+        for name, finder in finders.items():
+            found[name].append(finder(name, picture.image, frame).seconds)
+        for name, answer in crew.fill(picture.image, picture.hole, picture.keep_out, watcher.tell):
+            filled[name].append(answer.seconds)
+        watcher.step(False)
+    return [
+        _row(frame, finder, method, found[finder], filled[method])
+        for finder in finders
+        for method in crew.methods
+        if filled[method]
+    ]
 
 
 def find(name: str, image: np.ndarray, frame: Frame) -> None:
@@ -135,7 +142,7 @@ def _pictures(sample: Sample, frame: Frame, most: int) -> tuple[Picture, ...]:
         )
         hole = around(marking, frame) & ground
         if hole.any() and (ground & ~hole).any():
-            made.append(Picture(image, hole, ~ground, frame))
+            made.append(Picture(image, hole, ~ground))
     return some(made, most)
 
 

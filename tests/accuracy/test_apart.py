@@ -1,0 +1,49 @@
+import os
+
+import numpy as np
+import pytest
+
+from pavemark.accuracy.apart import Apart
+from pavemark.errors import InputError
+
+
+def job(what):
+    """What the process is asked to do."""
+    if what == "work":
+        return sum(number * number for number in range(3_000_000))
+    if what == "hold":
+        return int(np.ones(50_000_000, np.uint8).sum())
+    if what == "who":
+        return os.getpid()
+    if what == "refuse":
+        raise InputError("the hole", "is empty")
+    if what == "fault":
+        raise ValueError("of the method's own")
+    os._exit(3)
+
+
+def test_time_and_memory_are_those_of_the_process():
+    # What this process holds must not count: the other one begins anew.
+    mine = np.ones(300_000_000, np.uint8)
+    with Apart(job, "job") as apart:
+        idle = apart("who")
+        work = apart("work")
+        hold = apart("hold")
+    assert mine[-1] == 1
+    assert idle.value != os.getpid()
+    assert idle.seconds < 0.05 < work.seconds
+    assert idle.peak_mb < 300
+    assert hold.peak_mb - idle.peak_mb == pytest.approx(50, abs=15)
+
+
+def test_faults_are_told_in_a_line_and_the_next_call_is_answered():
+    with Apart(job, "lama") as apart:
+        with pytest.raises(InputError, match="lama: the hole: is empty"):
+            apart("refuse")
+        first = apart("who").value
+        with pytest.raises(InputError, match="lama: ValueError: of the method's own"):
+            apart("fault")
+        assert apart("who").value == first
+        with pytest.raises(InputError, match="lama: its process died with code 3"):
+            apart("die")
+        assert apart("who").value != first

@@ -1,0 +1,99 @@
+import csv
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+
+from pavemark.cli import main
+
+
+@pytest.fixture
+def accuracy(folders, monkeypatch, capsys):
+    """Runs the command in this process."""
+    monkeypatch.setenv("PAVEMARK_MODELS", str(folders / "none"))
+
+    def run(*words):
+        command = ["accuracy", "--images", folders / "images", "--masks", folders / "masks", "--out", folders / "out"]
+        command += ["--set", "mask.ground = [0]", "--scale", "30", *words]
+        with pytest.raises(SystemExit) as left:
+            main([str(word) for word in command])
+        told = capsys.readouterr()
+        return SimpleNamespace(code=left.value.code, out=told.out, err=told.err)
+
+    return run
+
+
+def rows(path):
+    with path.open(newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_a_report_of_fills_and_times(folders, accuracy):
+    done = accuracy("--methods", "navier-stokes", "--quick")
+    found = rows(folders / "out/inpaint.csv")
+    assert [(row["image"], row["mask_of"]) for row in found] == [("a", "a"), ("b", "b"), ("bare", "a")]
+    # A smooth slope of light is what both carry on.
+    assert min(float(row["psnr"]) for row in found) > 30
+    assert all(float(row["seconds"]) > 0 and 20 < float(row["peak_mb"]) < 1000 for row in found)
+    times = [row for row in rows(folders / "out/speed.csv") if row["segmenter"] == "strokes"]
+    assert [(row["width"], row["height"]) for row in times] == [("600", "600"), ("96", "300")]
+    for row in times:
+        both = float(row["segment_seconds"]) + float(row["fill_seconds"])
+        assert float(row["plates_per_minute"]) == pytest.approx(60 / both, rel=1e-3)
+    sheet = cv2.imread(str(folders / "out/inpaint.png"))
+    assert sheet.shape == (18 + 3 * (80 + 18), 3 * 104, 3)
+    told = (folders / "out/inpaint.md").read_text()
+    assert "| navier-stokes | 3 |" in told
+    assert "1 thread a method" in told
+    assert told.strip() in done.out
+
+
+def test_a_report_of_residue_beside_what_others_have_cleaned(folders, accuracy):
+    others = folders / "others"
+    others.mkdir()
+    image = cv2.imread(str(folders / "images/a.png"))
+    half = image.astype(float)
+    half[10:60, 40:44] = (half[10:60, 40:44] + half[10:60, 50:54]) / 2
+    cv2.imwrite(str(others / "a.png"), half.astype(np.uint8))
+    done = accuracy("--stage", "residue", "--methods", "navier-stokes", "--cleaned", f"half={others}")
+    left = {(row["image"], row["method"]): float(row["left"]) for row in rows(folders / "out/residue.csv")}
+    assert left.keys() == {("a", "before"), ("a", "half"), ("a", "navier-stokes")} | {
+        ("b", "before"),
+        ("b", "navier-stokes"),
+    }
+    assert left["a", "half"] == pytest.approx(left["a", "before"] / 2, rel=0.15)
+    assert abs(left["a", "navier-stokes"]) < 1
+    profile = [row for row in rows(folders / "out/profile.csv") if row["method"] == "before" and row["image"] == "a"]
+    assert float(profile[0]["contrast"]) > 20 > abs(float(profile[-1]["contrast"]))
+    # The bare image has nothing to look for, which is said.
+    assert done.code == 1
+    assert "bare: no paint stands out" in done.err
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--methods", "lama"], "inpainter = 'lama': allowed patchmatch"),
+        (["--methods", ","], "--methods: it is empty: allowed patchmatch"),
+        (["--stage", "blend"], "'blend' is not one of 'inpaint', 'residue'"),
+        (["--stage", "residue", "--cleaned", "here"], "'here': allowed is NAME=DIR"),
+        (["--stage", "residue", "--cleaned", "x=/nowhere"], "/nowhere: cannot be listed"),
+        (["--scale", "0"], "scale = 0.0: allowed 1 to 10000"),
+    ],
+)
+def test_bad_words_are_refused_in_one_line(folders, accuracy, words, told):
+    done = accuracy(*words)
+    assert done.code == 2
+    (line,) = done.err.splitlines()
+    assert told in line
+    assert not (folders / "out").exists()
+
+
+def test_one_bad_image_leaves_a_report_of_the_others_and_exit_code_1(folders, accuracy):
+    (folders / "images/a.png").write_bytes((folders / "images/a.png").read_bytes()[:200])
+    done = accuracy("--methods", "navier-stokes", "--quiet", "--quick")
+    assert done.code == 1
+    assert "a.png: image is truncated or damaged" in done.err
+    assert {row["image"] for row in rows(folders / "out/inpaint.csv")} == {"b", "bare"}
+    assert done.out == ""
