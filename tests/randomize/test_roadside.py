@@ -120,7 +120,7 @@ def test_no_row_begins_along_a_kerb():
         for slot in randomize(on, index, 3, on_line(1.0, offset=(-0.3, 0.3))).slots:
             p1, p2, p3, p4 = np.array(slot.corners)
             for point, inwards in ((p1, p4 - p1), (p2, p3 - p2)):
-                uv = on.frame.to_image(point + 0.5 * inwards / np.linalg.norm(inwards))
+                uv = on.frame.to_image(point + 1.0 * inwards / np.linalg.norm(inwards))
                 if on.frame.contains(uv) and on.frame.contains(on.frame.to_image(point)):
                     assert on.ground[int(uv[1]), int(uv[0])]
                     seen += 1

@@ -30,7 +30,7 @@ _SIDE = 16
 _PROBE = 0.15
 """Metres from a marking point along its lines at which there must be ground too, or nobody could see its shape."""
 
-_STEM = 0.5
+_STEM = 1.0
 """Metres into the slot at which there must be ground, too, where ground is known well enough to tell the roadside: an
 entrance line along a kerb or a wall has no slots behind it."""
 
