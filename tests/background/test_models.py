@@ -218,7 +218,7 @@ def test_plates_of_another_network_under_the_same_name_are_made_anew(tmp_path):
     cv2.imwrite(str(tmp_path / "masks" / "a.png"), mask)
     for fill in ((1, 0, 0), (0, 0, 1)):
         models.add(network(tmp_path / f"{fill[0]}.onnx", fill=fill, **KINDS["pavemark"]), "net", None, ())
-        plate = make_plate(tmp_path / "a.png", tmp_path / "masks" / "a.png", 20.0, MaskTable(), "net")
+        plate = make_plate(tmp_path / "a.png", tmp_path / "masks" / "a.png", 20.0, MaskTable(ground=(0,)), "net")
         assert (plate.image[mask > 0] == np.multiply(fill, 255)).all()
         models.remove("net")
 

@@ -45,7 +45,7 @@ def files(tmp_path):
 
 
 def made(files, scale=40.0, table=TABLE, method="navier-stokes"):
-    return make_plate(*files, scale, table, method)
+    return make_plate(*files, scale, table, method, "strokes")
 
 
 def same(a, b) -> bool:
@@ -94,7 +94,7 @@ def test_ratios_are_measured(files):
 
 def test_without_a_mask_the_markings_are_found(files):
     mask = cv2.imread(str(files[1]), 0) > 0
-    plate = make_plate(files[0], None, 40.0, TABLE, "navier-stokes")
+    plate = make_plate(files[0], None, 40.0, TABLE, "navier-stokes", "strokes")
     assert (plate.markings & mask).sum() > 0.8 * mask.sum()
     assert plate.markings.sum() < 1.3 * mask.sum()
 
@@ -188,7 +188,7 @@ def test_a_mask_of_nothing_but_marking_is_refused(files):
 def test_names_no_scene_can_carry_and_unknown_methods_are_refused(files):
     odd = files[0].rename(files[0].with_name("a..b.png"))
     with pytest.raises(InputError, match="plain name"):
-        make_plate(odd, files[1], 40.0, TABLE, "fsr")
+        make_plate(odd, files[1], 40.0, TABLE, "fsr", "strokes")
     with pytest.raises(InputError, match="'lama': allowed"):
         made(files, method="lama")
 

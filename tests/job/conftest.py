@@ -28,4 +28,7 @@ def inputs(tmp_path_factory):
 def arguments(inputs):
     """The arguments of a small job, without --out."""
     told = ["render", "--images", inputs / "images", "--masks", inputs / "masks", "--count", "10", "--seed", "7"]
-    return [str(word) for word in (*told, "--scale", "12", "--inpainter", "navier-stokes", "--workers", "1")]
+    return [
+        str(word)
+        for word in (*told, "--scale", "12", "--inpainter", "navier-stokes", "--segmenter", "strokes", "--workers", "1")
+    ]

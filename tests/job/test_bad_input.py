@@ -237,7 +237,19 @@ def batch(inputs, tmp_path):
 
 def test_bad_images_of_a_batch_are_left_out_and_the_rest_is_done(batch, tmp_path):
     images, masks, bad = batch
-    job = ("render", "--images", images, "--masks", masks, "--scale", "12", "--inpainter", "navier-stokes")
+    job = (
+        "render",
+        "--images",
+        images,
+        "--masks",
+        masks,
+        "--scale",
+        "12",
+        "--inpainter",
+        "navier-stokes",
+        "--segmenter",
+        "strokes",
+    )
     done = pavemark(*job, "--count", "26", "--workers", "2", "--out", tmp_path / "out")
     assert done.returncode == 1
     told = done.stderr.splitlines()
@@ -255,7 +267,18 @@ def test_a_name_cannot_speak_to_the_terminal(inputs, tmp_path):
     (tmp_path / "images").mkdir()
     shutil.copy(inputs / "images" / "a.png", tmp_path / "images")
     shutil.copy(inputs / "images" / "a.png", tmp_path / "images" / "two\n\x1b[31mlines.png")
-    job = ("--images", tmp_path / "images", "--scale", "12", "--inpainter", "navier-stokes", "--count", "2")
+    job = (
+        "--images",
+        tmp_path / "images",
+        "--scale",
+        "12",
+        "--inpainter",
+        "navier-stokes",
+        "--segmenter",
+        "strokes",
+        "--count",
+        "2",
+    )
     done = pavemark("render", *job, "--out", tmp_path / "out")
     assert done.returncode == 1
     assert done.stderr.startswith(f"left out: {tmp_path}/images/two\\n\\x1b[31mlines.png: name = ")

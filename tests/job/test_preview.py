@@ -19,7 +19,18 @@ SCALE, GAP, HEAD = 4, 6, 38
 @pytest.fixture(scope="module")
 def dataset(inputs, tmp_path_factory):
     out = tmp_path_factory.mktemp("preview") / "out"
-    job = ("--images", inputs / "images", "--masks", inputs / "masks", "--scale", "12", "--inpainter", "navier-stokes")
+    job = (
+        "--images",
+        inputs / "images",
+        "--masks",
+        inputs / "masks",
+        "--scale",
+        "12",
+        "--inpainter",
+        "navier-stokes",
+        "--segmenter",
+        "strokes",
+    )
     fixed = ("--set", "layout.empty_rate = 0", "--set", "noise.rate = 0", "--set", "brightness.rate = 0")
     done = pavemark("render", *job, *fixed, "--count", "3", "--seed", "2", "--workers", "1", "--out", out)
     assert done.returncode == 0, done.stderr

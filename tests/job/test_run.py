@@ -27,7 +27,7 @@ def reference(inputs, tmp_path_factory):
 
 def _arguments(inputs):
     told = ["render", "--images", inputs / "images", "--masks", inputs / "masks", "--count", "10", "--seed", "7"]
-    return [*told, "--scale", "12", "--inpainter", "navier-stokes", "--workers", "1"]
+    return [*told, "--scale", "12", "--inpainter", "navier-stokes", "--segmenter", "strokes", "--workers", "1"]
 
 
 def rows(out):
