@@ -83,12 +83,26 @@ def test_a_piece_counts_as_large_as_it_is_without_its_holes():
     assert cleaned(ground)[50:64, 50:64].all()
 
 
-def test_half_a_probability_is_the_border():
-    probability = np.full((200, 240), 0.49, np.float32)
-    probability[:, 120:] = 0.5
+def test_a_thing_reaches_as_far_as_ground_is_doubted_and_doubt_alone_is_no_thing():
+    probability = np.full((200, 240), 0.9, np.float32)
+    probability[50:150, 20:100] = 0.79  # a car's smeared body
+    probability[80:120, 40:60] = 0.49  # and its wheels
+    probability[50:150, 140:220] = 0.51  # a seam, wet ground
     found = free_ground(probability, NOTHING, NOTHING, FRAME)
-    assert not found[:, :120].any()
-    assert found[:, 120:].all()
+    assert not found[50:150, 20:100].any()
+    assert found.sum() == found.size - 8000
+    probability[80:120, 40:60] = 0.81
+    assert free_ground(probability, NOTHING, NOTHING, FRAME).all()
+
+
+def test_paint_parts_what_is_doubted():
+    probability = np.full((200, 240), 0.7, np.float32)
+    probability[:, :40] = 0.1
+    line = NOTHING.copy()
+    line[:, 100:104] = True
+    found = free_ground(probability, line, NOTHING, FRAME)
+    assert not found[:, :100].any()
+    assert found[:, 100:].all()
 
 
 def test_the_regions_are_the_pieces_in_metres_largest_first():
