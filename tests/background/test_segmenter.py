@@ -132,11 +132,15 @@ def test_markings_of_the_demo_images_are_found(path, scale):
     mask = cv2.imread(str(path.parent.parent / "masks" / f"{path.stem}.png"), cv2.IMREAD_UNCHANGED)
     frame = Frame(image.shape[1], image.shape[0], scale)
     found = SEGMENTERS["network"].find(image, frame)
-    assert compare(found.marking, mask == 1).f1 > LEAST.get(path.stem, 0.7)
+    if (mask == 1).any():
+        assert compare(found.marking, mask == 1).f1 > LEAST.get(path.stem, 0.75)
+    else:
+        assert found.marking.mean() < 0.02
     assert not (found.marking & ~found.ground).any()
 
 
-LEAST = {}
+# Yellow on light concrete, old paint on patches, a dim garage.
+LEAST = {"concrete_yellow": 0.6, "patched_open": 0.5, "epoxy_dim": 0.3}
 
 
 @shipped

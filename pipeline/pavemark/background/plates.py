@@ -41,7 +41,7 @@ class _Source:
     scale: float
     table: MaskTable
     method: str
-    segmenter: str = "strokes"
+    segmenter: str = "network"
     ground: Path | None = None
 
     def key(self) -> str:
@@ -62,7 +62,7 @@ def make_plate(
     scale: float,
     table: MaskTable,
     method: str,
-    segmenter: str = "strokes",
+    segmenter: str = "network",
     ground: Path | None = None,
 ) -> Plate:
     """Take the markings off an image.

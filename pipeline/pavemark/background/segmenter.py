@@ -18,6 +18,10 @@ MODEL = "models/segmenter.onnx"
 SCALE = 48.0
 """Pixels per metre at which the network was trained: images are brought to it."""
 
+LOOKS = ((0.8, False), (0.8, True), (1.25, False), (1.25, True))
+"""How often a picture is looked at: how much larger than at SCALE, and whether turned upside down. The mean is taken:
+what is seen once only, at one scale that may not be the true one, is mostly not there."""
+
 MULTIPLE = 32
 """Pixels of which the network takes whole numbers a side."""
 
@@ -76,22 +80,27 @@ def segment(image: np.ndarray, frame: Frame) -> Segmentation:
     InputError
         See `network`; also when it fails, or gives values that are no numbers.
     """
+    found = sum(_look(image, SCALE * larger / frame.scale, turned) for larger, turned in LOOKS) / len(LOOKS)
+    return Segmentation(*np.clip(found, 0, 1))
+
+
+def _look(image: np.ndarray, ratio: float, turned: bool) -> np.ndarray:
+    """The probabilities (2, H, W) as seen from a picture that many times as large."""
     height, width = image.shape[:2]
-    ratio = SCALE / frame.scale
     size = max(1, round(width * ratio)), max(1, round(height * ratio))
-    seen = _resized(image, size).astype(np.float32) / 255
+    seen = _resized(image[::-1, ::-1] if turned else image, size).astype(np.float32) / 255
     found = np.empty((2, *seen.shape[:2]), np.float32)
     for kept, piece in _pieces(*seen.shape[:2]):
         found[:, kept[0], kept[1]] = _looked_at(seen, kept, piece)
-    marking, ground = (np.clip(_resized(part, (width, height)), 0, 1) for part in found)
-    return Segmentation(marking, ground)
+    whole = np.stack([_resized(part, (width, height)) for part in found])
+    return whole[:, ::-1, ::-1] if turned else whole
 
 
 def _resized(image: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     if size == image.shape[1::-1]:
         return image
     smaller = size[0] < image.shape[1]
-    return cv2.resize(image, size, interpolation=cv2.INTER_AREA if smaller else cv2.INTER_LINEAR)
+    return cv2.resize(np.ascontiguousarray(image), size, interpolation=cv2.INTER_AREA if smaller else cv2.INTER_LINEAR)
 
 
 def _pieces(height: int, width: int) -> Iterator[tuple[tuple[slice, slice], tuple[slice, slice]]]:

@@ -68,7 +68,7 @@ class Inputs:
     scale: float | None = attrs.field(default=None, validator=attrs.validators.optional(within(1.0, 10000.0)))
     metres_per_pixel: float | None = attrs.field(default=None, validator=attrs.validators.optional(within(0.0001, 1.0)))
     inpainter: str = attrs.field(default="patchmatch", validator=_usable)
-    segmenter: str = attrs.field(default="strokes", validator=one_of(*SEGMENTERS))
+    segmenter: str = attrs.field(default="network", validator=one_of(*SEGMENTERS))
     mask: MaskTable = attrs.field(factory=MaskTable)
 
     def __attrs_post_init__(self) -> None:
