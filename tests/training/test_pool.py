@@ -16,16 +16,16 @@ def _silent(done):
 @pytest.fixture(scope="module")
 def views(tmp_path_factory):
     folder = tmp_path_factory.mktemp("pool")
-    return folder, np.array(drawn(folder, 3, 4, True, 2, _silent))
+    return folder, np.array(drawn(folder, 3, 4, 2, _silent))
 
 
 def test_views_depend_on_their_number_alone(views, tmp_path):
-    assert (drawn(tmp_path, 2, 4, True, 1, _silent) == views[1][:2]).all()
+    assert (drawn(tmp_path, 2, 4, 1, _silent) == views[1][:2]).all()
 
 
 def test_what_is_there_is_not_drawn_again(views, monkeypatch):
     monkeypatch.setattr(pool, "_drawn", lambda numbers, *rest: [pytest.fail("drawn again") for _ in numbers])
-    assert (drawn(views[0], 3, 4, True, 1, _silent) == views[1]).all()
+    assert (drawn(views[0], 3, 4, 1, _silent) == views[1]).all()
 
 
 def test_the_bits_are_the_truth(views):
@@ -37,11 +37,11 @@ def test_the_bits_are_the_truth(views):
 def test_a_folder_that_cannot_be_made_is_told(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot be written"):
-        drawn(tmp_path / "file" / "pool", 1, 0, True, 1, _silent)
+        drawn(tmp_path / "file" / "pool", 1, 0, 1, _silent)
 
 
 @pytest.mark.parametrize(("number", "hard"), [(pool.EASY - 1, False), (pool.EASY, True), (pool.EASY + 1, True)])
 def test_hard_kinds_come_after_the_easy_ones(number, hard):
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(7, spawn_key=(number,))))
     kind = own.HARD[number % len(own.HARD)] if hard else None
-    assert (pool._view((number, 7, True))[..., :3] == own.sample(rng, True, kind).image).all()
+    assert (pool._view((number, 7))[..., :3] == own.sample(rng, True, kind).image).all()

@@ -17,7 +17,7 @@ from pavemark.cli.words import cores
 from pavemark.errors import InputError
 from pavemark.training.pool import drawn
 
-VIEWS = {"segmenter": 3300, "inpainter": 500}
+VIEWS = {"segmenter": 3300, "inpainter": 1600}
 STEPS = {"segmenter": 4800, "inpainter": 6000}
 """What the shipped networks were trained on, and for how long."""
 
@@ -28,7 +28,7 @@ EVERY = 100
 @click.command()
 @click.argument("network", type=click.Choice(list(STEPS)))
 @click.option("--out", metavar="FILE", required=True, type=click.Path(path_type=Path), help="The model, ONNX.")
-@click.option("--views", type=click.IntRange(100, 10**6), show_default="3300, 500", help="Pictures to draw.")
+@click.option("--views", type=click.IntRange(100, 10**6), show_default="3300, 1600", help="Pictures to draw.")
 @click.option("--steps", type=click.IntRange(1), show_default="4800, 6000", help="Steps of training.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="All else follows from it.")
 @click.option("--threads", type=click.IntRange(1), default=cores, show_default="all cores", help="Of the training.")
@@ -50,16 +50,16 @@ def train(
 
     Needs torch: pip install 'pavemark[train]'. The same command again goes on where it was stopped. Hours on a CPU.
     """
-    trained = _trained(network)
     if out.suffix != ".onnx":
         raise InputError("--out", f"{out}: a file ending in .onnx is allowed")
     if out.exists():
         raise InputError(out, "is there already: it would be overwritten; another --out is allowed")
+    trained = _trained(network)
     views = VIEWS[network] if views is None else views
     steps = STEPS[network] if steps is None else steps
     folder = cache.folder() / "views" if kept is None else kept
     with _shown("views", views) as tell:
-        pool = drawn(folder, views, seed, network == "segmenter", workers, lambda done: tell(done, {}))
+        pool = drawn(folder, views, seed, workers, lambda done: tell(done, {}))
     with _shown("steps", steps) as tell:
         trained.train(pool, out, steps, seed, threads, tell)
     click.echo(f"{out}  {out.stat().st_size / 1e6:.1f} MB")

@@ -15,13 +15,13 @@ from pavemark.training import views
 from pavemark.training.canvas import SIDE
 
 EASY = 2500
-"""Views of all kinds with which a pool of markings begins; those after them are of the hard kinds, in turn."""
+"""Views of all kinds with which a pool begins; those after them are of the hard kinds, in turn."""
 
 MARKING, GROUND = 1, 2
 """Bits of the fourth channel."""
 
 
-def drawn(folder: Path, count: int, seed: int, painted: bool, workers: int, tell: Callable[[int], None]) -> np.ndarray:
+def drawn(folder: Path, count: int, seed: int, workers: int, tell: Callable[[int], None]) -> np.ndarray:
     """The views of a pool; those that are not there yet are drawn.
 
     Parameters
@@ -30,8 +30,6 @@ def drawn(folder: Path, count: int, seed: int, painted: bool, workers: int, tell
         Where the pool is kept: 0.9 MB a view.
     count, seed : int
         View i depends on the seed and i alone.
-    painted : bool
-        Whether there are markings.
     workers : int
         Processes that draw.
     tell : callable
@@ -47,7 +45,7 @@ def drawn(folder: Path, count: int, seed: int, painted: bool, workers: int, tell
     InputError
         When the folder cannot be written.
     """
-    path = folder / f"{'painted' if painted else 'bare'}-{seed}-{count}.npy"
+    path = folder / f"views-{seed}-{count}.npy"
     done = path.with_suffix(".done")
     shape = (count, SIDE, SIDE, 4)
     try:
@@ -55,7 +53,7 @@ def drawn(folder: Path, count: int, seed: int, painted: bool, workers: int, tell
         there = int(done.read_text()) if done.exists() and path.exists() else 0
         pool = np.lib.format.open_memmap(path, "r+" if there else "w+", np.uint8, shape)
         tell(there)
-        for number, view in _drawn(range(there, count), seed, painted, workers):
+        for number, view in _drawn(range(there, count), seed, workers):
             pool[number] = view
             # What is not counted is drawn again: the count follows the pixels, and not too often.
             if number % 50 == 49 or number == count - 1:
@@ -67,10 +65,10 @@ def drawn(folder: Path, count: int, seed: int, painted: bool, workers: int, tell
     return pool
 
 
-def _drawn(numbers: range, seed: int, painted: bool, workers: int) -> Iterator[tuple[int, np.ndarray]]:
+def _drawn(numbers: range, seed: int, workers: int) -> Iterator[tuple[int, np.ndarray]]:
     # Fresh processes: threads of torch and OpenCV do not survive a fork.
     with get_context("spawn").Pool(workers, _alone) as crew:
-        tasks = ((number, seed, painted) for number in numbers)
+        tasks = ((number, seed) for number in numbers)
         yield from zip(numbers, crew.imap(_view, tasks, chunksize=2), strict=True)
 
 
@@ -80,10 +78,10 @@ def _alone() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _view(task: tuple[int, int, bool]) -> np.ndarray:
-    number, seed, painted = task
+def _view(task: tuple[int, int]) -> np.ndarray:
+    number, seed = task
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(number,))))
-    hard = views.HARD[number % len(views.HARD)] if painted and number >= EASY else None
-    view = views.sample(rng, painted, hard)
+    hard = views.HARD[number % len(views.HARD)] if number >= EASY else None
+    view = views.sample(rng, hard=hard)
     bits = view.marking * np.uint8(MARKING) + view.ground * np.uint8(GROUND)
     return np.dstack([view.image, bits.astype(np.uint8)])

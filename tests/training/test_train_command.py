@@ -1,0 +1,37 @@
+"""`pavemark train` refuses before it draws anything."""
+
+import importlib.util
+
+import pytest
+
+from pavemark import cli
+
+
+def refused(capfd, *words):
+    with pytest.raises(SystemExit) as left:
+        cli.main(["train", *map(str, words)])
+    assert left.value.code == 2
+    said = capfd.readouterr().err
+    assert said.startswith("error: ") and said.count("\n") == 1
+    return said.removeprefix("error: ").strip()
+
+
+@pytest.mark.skipif(importlib.util.find_spec("torch") is not None, reason="torch is installed")
+def test_without_torch_it_says_what_to_install(tmp_path, capfd):
+    said = refused(capfd, "segmenter", "--out", tmp_path / "model.onnx", "--pool", tmp_path / "pool")
+    assert "is missing: pip install 'pavemark[train]'" in said
+    assert not (tmp_path / "pool").exists()
+
+
+def test_a_network_that_there_is_not(tmp_path, capfd):
+    assert "'segmenters' is not one of 'segmenter', 'inpainter'" in refused(capfd, "segmenters", "--out", "a.onnx")
+
+
+def test_a_model_is_not_written_over(tmp_path, capfd):
+    (tmp_path / "model.onnx").write_bytes(b"weeks of work")
+    assert "is there already" in refused(capfd, "segmenter", "--out", tmp_path / "model.onnx")
+    assert (tmp_path / "model.onnx").read_bytes() == b"weeks of work"
+
+
+def test_another_ending_is_refused(tmp_path, capfd):
+    assert "a file ending in .onnx is allowed" in refused(capfd, "inpainter", "--out", tmp_path / "model.pt")
