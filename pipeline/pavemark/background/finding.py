@@ -69,7 +69,7 @@ class Trained:
     @property
     def version(self) -> str:
         """See `Segmenter.version`."""
-        return f"network 2 {network().sha256}"
+        return f"network 3 {network().sha256}"
 
     def find(self, image: np.ndarray, frame: Frame) -> Classes:
         """See `Segmenter.find`."""
