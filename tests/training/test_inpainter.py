@@ -62,6 +62,20 @@ def test_neither_brightness_nor_contrast_is_seen_where_nothing_is_clipped():
     assert float((plain - image).abs().max()) > 0.02
 
 
+def test_a_membrane_joins_the_rims_of_a_hole():
+    net = fourier.Filler()
+    ramp = torch.linspace(0.2, 0.8, 96)[None, None, None, :].expand(1, 3, 64, 96)
+    mask = torch.zeros(1, 1, 64, 96)
+    mask[..., 40:58] = 1
+    with torch.no_grad():
+        smooth, _ = net.guess(ramp, mask)
+        tight = net.membrane(torch.where(mask > 0, 1.0, ramp), mask, smooth)
+    assert torch.equal(tight[..., :40], ramp[..., :40])
+    # Steps of the ramp are 1.6 levels; what a mean of both sides would miss is 14.
+    assert float((tight - ramp).abs().max()) * 255 < 4
+    assert float((tight[..., 1:] - tight[..., :-1])[..., 30:66].min()) > 0
+
+
 def test_what_lies_in_the_hole_is_not_looked_at():
     torch.manual_seed(0)
     net = fourier.Filler().eval()

@@ -4,8 +4,9 @@ A joint of paving on one side of a hole says where the joints of the other side 
 picture at once. A convolution in the frequency domain does. The Fourier transform is written as matrix products, whose
 matrices are made from the size of the input: exact at any size, and every runtime has the operators.
 
-The network sees no brightness and no contrast. A smooth guess, a normalised blur of the known ground, is taken off
-the picture, what is left is divided by its own local strength, and what the network makes is put back the same way.
+The network sees no brightness and no contrast. A blur of the known ground is taken off the picture, what is left is
+divided by its own local strength, and what the network makes is put back the same way. In the hole it starts from a
+membrane stretched across it, which joins without a step: what it makes is what ground has beyond that.
 """
 
 from __future__ import annotations
@@ -29,6 +30,12 @@ BLOCKS = 4
 
 REACHES = (16.0, 6.0, 2.0)
 """Cells, standard deviations of the blurs of the smooth guess: each is believed where it finds known ground."""
+
+FINER = (2.0, 1.0)
+"""Standard deviations of the blurs that carry the known ground into the hole, in steps of two pixels."""
+
+COARSE_SIDES, SIDES = (5,) * 3 + (3,) * 4, (5, 3, 3)
+"""Sides of the means by which the membrane is pulled tight, first in steps of two pixels, then of one."""
 
 STRENGTH_REACH = 12.0
 """Cells, standard deviation of the blur by which the local strength is measured."""
@@ -151,10 +158,13 @@ class Filler(nn.Module):
         self.register_buffer("grain", torch.randn(1, cells, GRAIN, GRAIN))
         for number, reach in enumerate((*REACHES, STRENGTH_REACH)):
             self.register_buffer(f"bell{number}", _bell(reach), persistent=False)
+        for number, reach in enumerate(FINER):
+            self.register_buffer(f"finer{number}", _bell(reach), persistent=False)
 
     def forward(self, image: Tensor, mask: Tensor) -> Tensor:
         smooth, strength = self.guess(image, mask)
-        made = smooth + strength * self.detail(image, mask, smooth, strength, self._tiled(mask))
+        base = self.membrane(image, mask, smooth)
+        made = base + strength * self.detail(base, mask, smooth, strength, self._tiled(mask))
         return image * (1 - mask) + made.clamp(0, 1) * mask
 
     def guess(self, image: Tensor, mask: Tensor) -> tuple[Tensor, Tensor]:
@@ -177,10 +187,30 @@ class Filler(nn.Module):
         energy = functional.interpolate(energy, scale_factor=CELL, mode="bilinear", align_corners=False)
         return smooth, (energy + WEAKEST**2).sqrt()
 
-    def detail(self, image: Tensor, mask: Tensor, smooth: Tensor, strength: Tensor, grain: Tensor) -> Tensor:
-        """What has to be added to the smooth guess, in units of the strength: (B, 3, H, W)."""
+    def membrane(self, image: Tensor, mask: Tensor, smooth: Tensor) -> Tensor:
+        """The image (B, 3, H, W) with a membrane across the hole."""
         known = 1 - mask
-        left = ((image - smooth) / strength * known).clamp(-8, 8)
+        weight = functional.avg_pool2d(known, 2)
+        colour = functional.avg_pool2d(image * known, 2)
+        both, x = torch.cat([colour, weight], 1), functional.avg_pool2d(smooth, 2)
+        for number in range(len(FINER)):
+            spread = _blurred(both, getattr(self, f"finer{number}"))
+            x = (spread[:, :3] + 0.02 * x) / (spread[:, 3:] + 0.02)
+        loose = (weight == 0).to(image.dtype)
+        held = (1 - loose) * colour / weight.clamp_min(0.25)
+        x = held + loose * x
+        for side in COARSE_SIDES:
+            x = held + loose * _averaged(x, side)
+        x = functional.interpolate(x, scale_factor=2, mode="bilinear", align_corners=False)
+        held = image * known
+        x = held + mask * x
+        for side in SIDES:
+            x = held + mask * _averaged(x, side)
+        return x
+
+    def detail(self, base: Tensor, mask: Tensor, smooth: Tensor, strength: Tensor, grain: Tensor) -> Tensor:
+        """What has to be added to the membrane, in units of the strength: (B, 3, H, W)."""
+        left = ((base - smooth) / strength).clamp(-8, 8)
         coarse = functional.avg_pool2d(smooth, CELL)
         level = coarse.mean((2, 3), keepdim=True)
         coarse = ((coarse - level) / functional.avg_pool2d(strength, CELL)).clamp(-20, 20) * 0.2
@@ -205,6 +235,10 @@ def _bell(reach: float) -> Tensor:
     x = torch.arange(-round(2.5 * reach), round(2.5 * reach) + 1, dtype=torch.float32)
     bell = torch.exp(-0.5 * (x / reach) ** 2)
     return bell / bell.sum()
+
+
+def _averaged(x: Tensor, side: int) -> Tensor:
+    return functional.avg_pool2d(x, side, 1, side // 2, count_include_pad=False)
 
 
 def _blurred(x: Tensor, bell: Tensor) -> Tensor:

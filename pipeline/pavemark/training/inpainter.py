@@ -42,7 +42,7 @@ SOBER = 0.08
 KEPT_EVERY = 250
 """Steps after which the state is kept: training that was cut off goes on from there."""
 
-ERROR, COARSE, ENERGY, FEATURES, VERDICT = 1.0, 1.0, 0.4, 1.5, 0.15
+ERROR, COARSE, ENERGY, FEATURES, VERDICT = 1.0, 1.0, 0.6, 1.5, 0.15
 """Weights of the terms of the loss."""
 
 
@@ -140,10 +140,12 @@ def _step(step, steps, seed, pool, net, average, critic, makers, judges) -> dict
             group["lr"] = rate * share
     with torch.no_grad():
         smooth, strength = net.guess(image, gap)
+        base = net.membrane(image, gap, smooth)
         truth = ((image - smooth) / strength).clamp(-8, 8)
+        begun = ((base - smooth) / strength).clamp(-8, 8)
     with torch.autocast("cpu", torch.bfloat16):
-        made = net.detail(image, gap, smooth, strength, grain)
-    made = made.float()
+        made = net.detail(base, gap, smooth, strength, grain)
+    made = begun + made.float()
     filled = torch.where(judged > 0, made, truth)
     terms = {
         "error": _error(made, truth, judged, 1 - gap),
@@ -188,7 +190,9 @@ def _batch(step: int, seed: int, pool: np.ndarray) -> tuple[Tensor, Tensor, Tens
     for number in range(BATCH):
         rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(step, number))))
         patches.append(gaps.sample(rng, pool, PATCH))
-    image = torch.from_numpy(np.stack([patch.image for patch in patches])).permute(0, 3, 1, 2).float() / 255
+    image = (
+        torch.from_numpy(np.stack([patch.image for patch in patches])).permute(0, 3, 1, 2).contiguous().float() / 255
+    )
     gap, judged = (
         torch.from_numpy(np.stack(masks)[:, None]).float()
         for masks in ([patch.gap for patch in patches], [patch.judged for patch in patches])
