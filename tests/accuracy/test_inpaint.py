@@ -112,7 +112,7 @@ ROWS = [
 def test_the_table_holds_medians_and_the_most_memory():
     patchmatch, ours = scored(ROWS).splitlines()[2:]
     assert patchmatch.startswith("| patchmatch | 2 | 20.0 (20.0 to 20.0) |")
-    assert "-2.00 (-2.00 to -2.00)" in patchmatch
+    assert "| -2.00 |" in patchmatch
     assert ours.startswith("| ours | 2 | 20.5 (19.8 to 21.2) |")
     assert ours.endswith("| 90 |")
 

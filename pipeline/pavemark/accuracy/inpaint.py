@@ -16,7 +16,7 @@ from pavemark.accuracy.machine import machine
 from pavemark.accuracy.picture import grid
 from pavemark.accuracy.report import Report
 from pavemark.accuracy.speed import Speed, speeds
-from pavemark.accuracy.table import as_csv, markdown, spread
+from pavemark.accuracy.table import as_csv, counted, markdown, spread
 from pavemark.accuracy.watcher import Watcher
 from pavemark.errors import InputError
 
@@ -166,7 +166,7 @@ def summary(scores: Sequence[Score], times: Sequence[Speed]) -> str:
     """What inpaint.md says."""
     parts = [
         "# Inpainting, on self-made holes",
-        f"{len({row.image for row in scores})} images. {machine()}",
+        f"{counted(scores)}. {machine()}",
         "Median (quartiles) over the images; processor time; the most memory that the method's process has held.",
         *standing(scores),
     ]

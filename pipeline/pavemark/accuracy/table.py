@@ -34,18 +34,20 @@ def markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def spread(values: Sequence[float], digits: int) -> str:
-    """Median and quartiles, nan left out.
+    """Median and quartiles, nan left out; one value is told as it is.
 
     Examples
     --------
     >>> spread([1.0, 2.0, 3.0, 4.0, float("nan"), 9.0], 1)
     '3.0 (2.0 to 4.0)'
-    >>> spread([float("nan")], 1)
-    '–'
+    >>> spread([float("nan"), 2.0], 1), spread([float("nan")], 1)
+    ('2.0', '–')
     """
     known = [value for value in values if not np.isnan(value)]
     if not known:
         return "–"
+    if len(known) == 1:
+        return f"{known[0]:.{digits}f}"
     low, middle, high = np.percentile(known, (25, 50, 75))
     return f"{middle:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
 
@@ -54,3 +56,9 @@ def _plain(value: object) -> object:
     if isinstance(value, float):
         return "" if np.isnan(value) else f"{value:.6g}"
     return value
+
+
+def counted(things: Sequence[object]) -> str:
+    """How many images the rows of a table tell of: "1 image", "2 images"."""
+    number = len({thing.image for thing in things})
+    return f"{number} image{'' if number == 1 else 's'}"

@@ -15,7 +15,7 @@ from pavemark.accuracy.holes import around
 from pavemark.accuracy.machine import machine
 from pavemark.accuracy.report import Report
 from pavemark.accuracy.residue import BINS, Residue, residue
-from pavemark.accuracy.table import as_csv, markdown, spread
+from pavemark.accuracy.table import as_csv, counted, markdown, spread
 from pavemark.accuracy.watcher import Watcher
 from pavemark.background.index import EXTENSIONS, listed
 from pavemark.background.reading import read_image
@@ -151,7 +151,7 @@ def summary(traces: Sequence[Trace], profiles: Sequence[Profile]) -> str:
         lines.append((method, *(f"{np.nanmean(values):.2f}" if np.isfinite(values).any() else "–" for values in means)))
     parts = [
         "# What is left of removed markings",
-        f"{len({row.image for row in traces})} images. {machine()}",
+        f"{counted(traces)}. {machine()}",
         "Median (quartiles) over the images, in ΔE*ab along the paint's colour.",
         markdown((*head, "texture → 1"), rows),
         "By the distance from the stroke's edge in cm, below 0 within it; mean over the images.",
