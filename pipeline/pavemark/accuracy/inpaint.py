@@ -12,7 +12,7 @@ from pavemark.accuracy import measures
 from pavemark.accuracy.apart import Answer
 from pavemark.accuracy.cases import QUICK, Case, Sample, cases, some
 from pavemark.accuracy.fills import Crew
-from pavemark.accuracy.machine import machine
+from pavemark.accuracy.machine import machine, versions
 from pavemark.accuracy.picture import grid
 from pavemark.accuracy.report import Report
 from pavemark.accuracy.speed import Speed, speeds
@@ -167,6 +167,7 @@ def summary(scores: Sequence[Score], times: Sequence[Speed]) -> str:
     parts = [
         "# Inpainting, on self-made holes",
         f"{counted(scores)}. {machine()}",
+        versions(list(_by_method(scores))),
         "Median (quartiles) over the images; processor time; the most memory that the method's process has held.",
         *standing(scores),
     ]

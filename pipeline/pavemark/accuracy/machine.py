@@ -5,10 +5,12 @@ from __future__ import annotations
 import importlib.metadata
 import os
 import platform
+from collections.abc import Sequence
 from pathlib import Path
 
 from pavemark import __version__
 from pavemark.accuracy.apart import THREADS
+from pavemark.background.inpainting import inpainter
 
 PACKAGES = ("numpy", "scipy", "opencv-contrib-python-headless", "PyPatchMatch", "onnxruntime", "OpenImageIO")
 
@@ -23,6 +25,11 @@ def machine() -> str:
         f"{_processor()}, {cores} cores{load}, {threads}. "
         f"Pavemark {__version__}, Python {platform.python_version()}, {versions}."
     )
+
+
+def versions(methods: Sequence[str]) -> str:
+    """The inpainters with their versions, hashes of networks among them, in one line."""
+    return "Methods: " + "; ".join(f"{method}, version {inpainter(method).version}" for method in methods) + "."
 
 
 def _processor() -> str:

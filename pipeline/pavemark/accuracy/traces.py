@@ -12,7 +12,7 @@ import numpy as np
 from pavemark.accuracy.cases import QUICK, Sample, some
 from pavemark.accuracy.fills import Crew
 from pavemark.accuracy.holes import around
-from pavemark.accuracy.machine import machine
+from pavemark.accuracy.machine import machine, versions
 from pavemark.accuracy.report import Report
 from pavemark.accuracy.residue import BINS, Residue, residue
 from pavemark.accuracy.table import as_csv, counted, markdown, spread
@@ -103,7 +103,7 @@ def report(
         for image, method, one in found
         for between, contrast in zip(pairwise(BINS), one.profile, strict=True)
     ]
-    told = summary(traces, profiles)
+    told = summary(traces, profiles, crew.methods)
     files = {"residue.csv": as_csv(traces, Trace), "residue.md": told, "profile.csv": as_csv(profiles, Profile)}
     return Report(files, told)
 
@@ -136,8 +136,8 @@ def _cleaned(
         yield method, answer.value
 
 
-def summary(traces: Sequence[Trace], profiles: Sequence[Profile]) -> str:
-    """The tables of residue.md."""
+def summary(traces: Sequence[Trace], profiles: Sequence[Profile], used: Sequence[str]) -> str:
+    """What residue.md says; `used` are the inpainters among the methods."""
     head = ("method", "images", "paint", "left → 0", "worst tenth", "ground's noise", "z", "AUC → 0.5", "rim → 0")
     names = ("paint", "left", "worst", "noise", "z", "auc", "rim")
     methods = list(dict.fromkeys(row.method for row in traces))
@@ -152,6 +152,7 @@ def summary(traces: Sequence[Trace], profiles: Sequence[Profile]) -> str:
     parts = [
         "# What is left of removed markings",
         f"{counted(traces)}. {machine()}",
+        versions(used),
         "Median (quartiles) over the images, in ΔE*ab along the paint's colour.",
         markdown((*head, "texture → 1"), rows),
         "By the distance from the stroke's edge in cm, below 0 within it; mean over the images.",
