@@ -115,16 +115,12 @@ def test_without_a_mask_markings_lie_on_found_ground(red_and_green):
     assert not found.marking[:20].any(), "a speck is no marking"
 
 
-shipped = pytest.mark.skipif(not (ROOT / "assets" / segmenter.MODEL).exists(), reason="the model is not there")
-
-
 def _demo():
     for folder, scale in SCALES.items():
         for path in sorted((DEMO / folder).glob("*.jpg")):
             yield pytest.param(path, scale, id=path.stem)
 
 
-@shipped
 @pytest.mark.parametrize(("path", "scale"), list(_demo()))
 def test_markings_of_the_demo_images_are_found(path, scale):
     """They were made by another renderer, and nothing was learnt from them."""
@@ -143,7 +139,6 @@ def test_markings_of_the_demo_images_are_found(path, scale):
 LEAST = {"concrete_yellow": 0.6, "patched_open": 0.5, "epoxy_dim": 0.3}
 
 
-@shipped
 @pytest.mark.parametrize("size", [(8, 300), (300, 8), (33, 47), (8, 8)])
 def test_any_size_will_do(size):
     image = np.random.default_rng(1).integers(0, 255, (*size, 3), dtype=np.uint8)
@@ -151,14 +146,12 @@ def test_any_size_will_do(size):
     assert found.marking.shape == size and np.isfinite(found.marking).all() and np.isfinite(found.ground).all()
 
 
-@shipped
 def test_the_model_is_small_and_says_what_it_is():
     path = assets.path(segmenter.MODEL)
     assert path.stat().st_size <= 5_000_000
     assert opened(path).metadata["licence"] == "GPL-3.0-or-later"
 
 
-@shipped
 @pytest.mark.skipif(not REAL.is_dir(), reason="real images are not here")
 def test_markings_of_a_real_image_are_found():
     image = cv2.imread(str(REAL / "lane_0727_1051_0157.jpg"))[..., ::-1]
