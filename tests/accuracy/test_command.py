@@ -90,6 +90,14 @@ def test_bad_words_are_refused_in_one_line(folders, accuracy, words, told):
     assert not (folders / "out").exists()
 
 
+def test_a_report_that_could_not_be_written_is_not_begun(folders, accuracy):
+    (folders / "out").write_text("a letter")
+    done = accuracy("--methods", "navier-stokes")
+    assert (done.code, done.out) == (2, "")
+    assert "is there and no folder" in done.err
+    assert (folders / "out").read_text() == "a letter"
+
+
 def test_one_bad_image_leaves_a_report_of_the_others_and_exit_code_1(folders, accuracy):
     (folders / "images/a.png").write_bytes((folders / "images/a.png").read_bytes()[:200])
     done = accuracy("--methods", "navier-stokes", "--quiet", "--quick")

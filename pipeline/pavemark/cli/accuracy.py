@@ -61,6 +61,8 @@ def accuracy(
     held against the truth; REPORT/inpaint.csv, .md and .png, and speed.csv. Stage residue: the real markings are taken
     off, and what is left of them is measured; REPORT/residue.csv, .md, and profile.csv.
     """
+    if out.exists() and not out.is_dir():
+        raise InputError(out, "is there and no folder: a folder, or a name that is not taken, is allowed")
     told: dict = {}
     for text in settings:
         told = merge(told, setting(text))
