@@ -43,6 +43,9 @@ STRENGTH_REACH = 12.0
 WEAKEST = 1.5 / 255
 """Least strength that what is left is divided by: below it there is nothing but rounding."""
 
+LATTICE_REACH = 3.0
+"""Blocks of 2×2 cells, standard deviation of the blur that finds what repeats from block to block."""
+
 GRAIN = 64
 """Cells a side of the tile of noise that the network makes grain from; the tile repeats."""
 
@@ -158,6 +161,7 @@ class Filler(nn.Module):
         self.register_buffer("grain", torch.randn(1, cells, GRAIN, GRAIN))
         for number, reach in enumerate((*REACHES, STRENGTH_REACH)):
             self.register_buffer(f"bell{number}", _bell(reach), persistent=False)
+        self.register_buffer("repeated", _bell(LATTICE_REACH), persistent=False)
         for number, reach in enumerate(FINER):
             self.register_buffer(f"finer{number}", _bell(reach), persistent=False)
 
@@ -220,7 +224,15 @@ class Filler(nn.Module):
         x = functional.pixel_shuffle(self.up(_bent(coarse)), 2)
         fine = _bent(self.join(_bent(torch.cat([x, fine], 1))))
         fine = fine + self.last(fine)
-        return functional.pixel_shuffle(self.leave(_bent(fine)), CELL)
+        made = self.leave(_bent(fine))
+        return functional.pixel_shuffle(made - self._lattice(made, mask), CELL)
+
+    def _lattice(self, made: Tensor, mask: Tensor) -> Tensor:
+        """What repeats from block to block, (B, 48, h, w): no ground has a period of 8 pixels, but such networks do."""
+        blocks, weight = functional.pixel_unshuffle(made, 2), functional.avg_pool2d(mask, 2 * CELL)
+        spread = _blurred(torch.cat([blocks * weight, weight], 1), self.repeated)
+        mean = (spread[:, :-1] / spread[:, -1:].clamp_min(1e-3)).unflatten(1, (3, -1))
+        return functional.pixel_shuffle((mean - mean.mean(2, keepdim=True)).flatten(1, 2), 2)
 
     def _tiled(self, mask: Tensor) -> Tensor:
         height, width = mask.shape[-2] // CELL, mask.shape[-1] // CELL
