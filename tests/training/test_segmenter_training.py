@@ -14,8 +14,7 @@ from pavemark.training.pool import GROUND, MARKING  # noqa: E402
 
 @pytest.fixture
 def pool(monkeypatch):
-    """Grey ground with white lines, on which little has to be learnt; the last two views are hard ones."""
-    monkeypatch.setattr(segmenter, "EASY", 6)
+    """Grey ground with white lines, on which little has to be learnt."""
     monkeypatch.setattr(segmenter, "HELD_OUT", 2)
     monkeypatch.setattr(segmenter, "BATCH", 2)
     rng = np.random.default_rng(0)
@@ -41,7 +40,7 @@ def test_it_goes_on_after_a_cut(pool, tmp_path, monkeypatch):
 
     monkeypatch.setattr(segmenter, "TELL", 1)
     segmenter.train(pool, tmp_path / "whole.onnx", 8, 0, 1, _silent)
-    # In the middle of the first phase, and where the second begins.
+    # Between two keepings of the state, and at one.
     for turn in (3, 6):
 
         def cut(step, told, turn=turn):
@@ -53,14 +52,6 @@ def test_it_goes_on_after_a_cut(pool, tmp_path, monkeypatch):
     segmenter.train(pool, tmp_path / "cut.onnx", 8, 0, 1, _silent)
     assert (tmp_path / "cut.onnx").read_bytes() == (tmp_path / "whole.onnx").read_bytes()
     assert not (tmp_path / "cut.state").exists()
-
-
-def test_hard_views_come_last():
-    easy, hard = segmenter.phases(400, segmenter.EASY + 10)
-    assert (easy.first, easy.last, easy.views) == (0, 300, segmenter.EASY)
-    assert (hard.first, hard.last, hard.views) == (300, 400, segmenter.EASY + 10)
-    (only,) = segmenter.phases(400, 100)
-    assert (only.last, only.views) == (400, 100)
 
 
 def test_what_is_written_gives_what_was_learnt(tmp_path):
@@ -81,7 +72,7 @@ def test_what_is_written_gives_what_was_learnt(tmp_path):
 def test_the_truth_follows_its_pixels(pool):
     """Zoomed, turned and mirrored, a view's lines are bright where its bits say so."""
     for number in range(8):
-        image, bits = segmenter.augmented(pool[number % 6], np.random.default_rng(number), (0.7, 2.2))
+        image, bits = segmenter.augmented(pool[number % 6], np.random.default_rng(number))
         marking = (bits & MARKING) > 0
         if 500 < marking.sum() < 0.5 * marking.size:
             assert np.median(image[marking]) > np.median(image[~marking]) + 0.05

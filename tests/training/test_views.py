@@ -85,3 +85,19 @@ def test_paint_stays_visible():
     for number in range(20):
         laid = paint.laid_on(_rng(number), floor, coat, np.full(3, 0.46))
         assert laid[coat > 0.99].mean() / 0.45 > 1.02
+
+
+def test_upright_things_are_drawn_out_away_from_the_camera():
+    """What a wall shows changes little along a ray from the camera's foot, and much about it."""
+    foot = np.array([30.0, 240.0])
+    v, u = np.mgrid[0:SIDE, 0:SIDE].astype(np.float32) + 0.5
+    polar = np.arctan2(v - foot[1], u - foot[0]), np.hypot(u - foot[0], v - foot[1])
+    outwards, around = [], []
+    for number in range(6):
+        factor, mirrored = bodies.smear(_rng(number), polar)
+        assert factor.min() > 0 and mirrored.min() >= 0
+        ray = np.log(factor[240, 330:430])
+        arc = np.log(factor[190:290, 380])
+        outwards.append(np.abs(np.diff(ray)).mean())
+        around.append(np.abs(np.diff(arc)).mean())
+    assert np.mean(around) > 2 * np.mean(outwards)

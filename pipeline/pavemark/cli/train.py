@@ -17,8 +17,8 @@ from pavemark.cli.words import cores
 from pavemark.errors import InputError
 from pavemark.training.pool import drawn
 
-VIEWS = {"segmenter": 3300, "inpainter": 1600}
-STEPS = {"segmenter": 4800, "inpainter": 6000}
+VIEWS = {"segmenter": 4000, "inpainter": 1600}
+STEPS = {"segmenter": 10_000, "inpainter": 6000}
 """What the shipped networks were trained on, and for how long."""
 
 EVERY = 100
@@ -28,8 +28,8 @@ EVERY = 100
 @click.command()
 @click.argument("network", type=click.Choice(list(STEPS)))
 @click.option("--out", metavar="FILE", required=True, type=click.Path(path_type=Path), help="The model, ONNX.")
-@click.option("--views", type=click.IntRange(100, 10**6), show_default="3300, 1600", help="Pictures to draw.")
-@click.option("--steps", type=click.IntRange(1), show_default="4800, 6000", help="Steps of training.")
+@click.option("--views", type=click.IntRange(100, 10**6), show_default="4000, 1600", help="Pictures to draw.")
+@click.option("--steps", type=click.IntRange(1), show_default="10000, 6000", help="Steps of training.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="All else follows from it.")
 @click.option("--threads", type=click.IntRange(1), default=cores, show_default="all cores", help="Of the training.")
 @click.option("--workers", type=click.IntRange(1), default=cores, show_default="all cores", help="Of the drawing.")

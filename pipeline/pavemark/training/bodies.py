@@ -93,15 +93,24 @@ def sample(
     return found
 
 
-def _box(centre: np.ndarray, long: float, wide: float, angle: float, corner: float = 0.0) -> np.ndarray:
-    """A rectangle (N, 2) with cut corners."""
-    if corner:
-        c = corner
-        unit = [(-1 + c, -1), (1 - c, -1), (1, -1 + c), (1, 1 - c), (1 - c, 1), (-1 + c, 1), (-1, 1 - c), (-1, -1 + c)]
-    else:
-        unit = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+def _box(centre: np.ndarray, long: float, wide: float, angle: float) -> np.ndarray:
+    """A rectangle (4, 2)."""
+    return _turned(np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]), centre, long, wide, angle)
+
+
+def _rounded(centre: np.ndarray, long: float, wide: float, angle: float, power: float) -> np.ndarray:
+    """A superellipse (28, 2): round with a power of 2, a box with one beyond 10."""
+    c, s = np.cos(_AROUND), np.sin(_AROUND)
+    unit = np.stack([np.sign(c) * np.abs(c) ** (2 / power), np.sign(s) * np.abs(s) ** (2 / power)], -1)
+    return _turned(unit, centre, long, wide, angle)
+
+
+_AROUND = np.linspace(0, 2 * np.pi, 28, endpoint=False)
+
+
+def _turned(unit: np.ndarray, centre: np.ndarray, long: float, wide: float, angle: float) -> np.ndarray:
     along, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
-    return np.array([centre + along * a * long / 2 + across * b * wide / 2 for a, b in unit])
+    return centre + np.outer(unit[:, 0] * long / 2, along) + np.outer(unit[:, 1] * wide / 2, across)
 
 
 def _car(rng: np.random.Generator, centre: np.ndarray, angle: float, scale: float) -> Body:
@@ -112,20 +121,26 @@ def _car(rng: np.random.Generator, centre: np.ndarray, angle: float, scale: floa
     along, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
     gloss = rng.uniform(0.1, 0.5)
     sheen = np.interp(np.linspace(0, 1.6, 50), np.linspace(0, 1.6, 9), rng.uniform(0.6, 1.5, 9))
+    corners, nose = rng.uniform(4.0, 8.0), rng.uniform(0.1, 0.6)
+    # What is below the bumper is black plastic, in some cars up to half their height.
+    skirt = sill + rng.choice([0.08, rng.uniform(0.08, 0.4)])
 
     def outline(z):
         if z < sill:
-            return _box(centre, long * 0.9, wide * 0.85, angle, 0.15)
-        swell = 1 - 0.03 * abs(z - 0.55) / 0.35
+            return _rounded(centre, long * 0.93, wide * 0.85, angle, corners)
         if z < belt:
-            return _box(centre, long * swell, wide * swell, angle, 0.12 + 0.12 * max(0.0, z - 0.6))
+            # The bonnet and the boot rise towards the windows.
+            up = max(0.0, z - 0.6)
+            swell = 1 - 0.03 * abs(z - 0.55) / 0.35
+            return _rounded(centre, long * (swell - nose * up), wide * (swell - 0.1 * up), angle, corners - 4 * up)
         lean = (z - belt) / 0.6
-        return _box(centre - along * 0.04 * long, long * (0.62 - 0.25 * lean), wide * (0.9 - 0.2 * lean), angle, 0.1)
+        shift = along * 0.04 * long
+        return _rounded(centre - shift, long * (0.62 - 0.25 * lean), wide * (0.9 - 0.2 * lean), angle, 6)
 
     def shade(z):
         if z < sill:
             return np.full(3, 0.006)
-        if z < sill + 0.08:
+        if z < skirt:
             return np.full(3, 0.02)
         if z < belt:
             return paint * (0.55 + 0.7 * (z - sill) / (belt - sill)) * sheen[int(z * 30)] + gloss * max(
@@ -151,7 +166,7 @@ def _car(rng: np.random.Generator, centre: np.ndarray, angle: float, scale: floa
         size = rng.uniform(0.05, 1.2), rng.uniform(0.03, 0.9), rng.uniform(0.02, 0.08)
         trim = _slab(at, angle, scale, rng.uniform(0.25, 1.1), size[1], size[0], size[2])
         parts.append((trim, _flat(np.full(3, rng.choice([0.01, 0.2, 0.6, 0.9])))))
-    return Body(_box(centre, long, wide, angle), 1.5, outline, shade, tuple(parts), rng.uniform(0.3, 0.9))
+    return Body(_rounded(centre, long, wide, angle, corners), 1.5, outline, shade, tuple(parts), rng.uniform(0.3, 0.9))
 
 
 def _wheel(hub: np.ndarray, angle: float, scale: float, radius: float) -> Outline:
@@ -334,6 +349,40 @@ def draw(albedo: np.ndarray, free: np.ndarray, polygons: list[tuple[np.ndarray, 
             continue
         fill(albedo, shape, np.maximum(colour, 0.002))
         fill(free, shape, 0)
+
+
+def smear(rng: np.random.Generator, polar: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """What upright surfaces show besides their colour, drawn out away from the camera as they are.
+
+    Grilles, joints and leaves darken and lighten it, and smooth paint mirrors the sky and lamps.
+
+    Parameters
+    ----------
+    rng : Generator
+    polar : tuple of ndarray (SIDE, SIDE) float32
+        Radians about the camera's foot, and pixels from it.
+
+    Returns
+    -------
+    tuple of ndarray (SIDE, SIDE) float32
+        What its reflectance is multiplied by, and what is added to it.
+    """
+    angle, distance = polar
+    turned = (angle + np.pi) / (2 * np.pi)
+    far = np.log(np.maximum(distance, 1.0) / 10) / np.log(SIDE / 10)
+
+    def pattern(around: int, outwards: int) -> np.ndarray:
+        grid = rng.standard_normal((outwards + 2, around + 2), np.float32)
+        return cv2.remap(
+            grid, (turned * around).astype(np.float32), (far * outwards).astype(np.float32), cv2.INTER_CUBIC,
+            borderMode=cv2.BORDER_REFLECT_101,
+        )  # fmt: skip
+
+    coarse = pattern(int(rng.integers(30, 120)), int(rng.integers(4, 14)))
+    fine = pattern(int(rng.integers(150, 700)), int(rng.integers(8, 40)))
+    factor = np.exp(rng.uniform(0.0, 0.6) * coarse + rng.uniform(0.0, 0.35) * fine)
+    mirrored = np.clip(pattern(int(rng.integers(40, 200)), int(rng.integers(5, 20))) - rng.uniform(0.6, 2.2), 0, 1)
+    return factor.astype(np.float32), (rng.uniform(0.0, 0.9) * mirrored).astype(np.float32)
 
 
 def shade_below(bodies: list[Body], sun: np.ndarray | None, scale: float) -> np.ndarray:

@@ -50,7 +50,8 @@ def sample(rng: np.random.Generator, scale: float, turn: float, kind: str | None
         albedo2, gloss2 = other(rng, scale, turn)
         albedo = albedo * (1 - zone) + albedo2 * zone
         gloss = gloss * (1 - zone[..., 0]) + gloss2 * zone[..., 0]
-    for _ in range(int(rng.choice(3, p=(0.7, 0.2, 0.1)))):
+    # Indoors a light band would be paint to anybody.
+    for _ in range(0 if indoors else int(rng.choice(3, p=(0.7, 0.2, 0.1)))):
         albedo = _bands(rng, scale, turn, albedo)
     level = np.ones((SIDE, SIDE), np.float32)
     if rng.random() < 0.5:
@@ -230,7 +231,7 @@ def _bands(rng: np.random.Generator, scale: float, turn: float, albedo: np.ndarr
     if rng.random() < 0.4:
         period = rng.uniform(2.3, 3.2)
         inside |= np.abs((y - start) % period - period / 2) < width / 2
-    tone = albedo.mean((0, 1)) * np.exp(rng.uniform(-0.8, 0.8)) * _warmth(rng, 0.06)
+    tone = albedo.mean((0, 1)) * np.exp(rng.uniform(-0.8, 0.5)) * _warmth(rng, 0.06)
     stone = _tinted(1 + 0.1 * clouds(rng, 0.3 * scale, 3) + 0.08 * speckle(rng), tone)
     joint = (y % rng.uniform(0.3, 1.0)) < 0.012
     if rng.random() < 0.7:

@@ -112,11 +112,14 @@ def streaks(
     angle, distance = polar
     metres = distance / np.float32(scale)
     total = np.zeros((SIDE, SIDE), np.float32)
+    # Rough floors draw lamps out far and wide, smooth ones into lines as thin as markings.
+    widest = np.exp(rng.uniform(np.log(0.05), np.log(0.5)))
+    longest = rng.uniform(2.0, 7.0)
     for _ in range(int(rng.integers(*lamps))):
         off = np.abs((angle - rng.uniform(-np.pi, np.pi) + np.pi) % (2 * np.pi) - np.pi)
-        near, long = rng.uniform(0.3, 4), rng.uniform(0.2, 3)
+        near, long = rng.uniform(0.3, 4), rng.uniform(0.2, longest)
         # A lamp's image is as wide in metres as the lamp, or as its floor is rough.
-        width = np.exp(rng.uniform(np.log(0.015), np.log(0.3))) / np.maximum(near, 0.5)
+        width = np.exp(rng.uniform(np.log(0.015), np.log(widest))) / np.maximum(near, 0.5)
         profile = np.exp(-(np.clip((metres - near) / long, -4, 4) ** 2)) * (metres > 0.2)
         total += rng.uniform(0.1, 1.5) * np.exp(-((off / width) ** 2)) * profile
     if rng.random() < 0.6:

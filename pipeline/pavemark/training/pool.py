@@ -14,9 +14,6 @@ from pavemark.errors import InputError
 from pavemark.training import views
 from pavemark.training.canvas import SIDE
 
-EASY = 2500
-"""Views of all kinds with which a pool begins; those after them are of the hard kinds, in turn."""
-
 MARKING, GROUND = 1, 2
 """Bits of the fourth channel."""
 
@@ -81,7 +78,6 @@ def _alone() -> None:
 def _view(task: tuple[int, int]) -> np.ndarray:
     number, seed = task
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(number,))))
-    hard = views.HARD[number % len(views.HARD)] if number >= EASY else None
-    view = views.sample(rng, hard=hard)
+    view = views.sample(rng, kind=views.KINDS[number % len(views.KINDS)])
     bits = view.marking * np.uint8(MARKING) + view.ground * np.uint8(GROUND)
     return np.dstack([view.image, bits.astype(np.uint8)])

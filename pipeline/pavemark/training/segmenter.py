@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import attrs
 import cv2
 import numpy as np
 import onnx
@@ -17,7 +18,7 @@ from torch.nn import functional
 
 from pavemark.files import write
 from pavemark.training.canvas import SIDE
-from pavemark.training.pool import EASY, GROUND, MARKING
+from pavemark.training.pool import GROUND, MARKING
 from pavemark.training.views import SCALE
 
 CROP, BATCH = 256, 12
@@ -32,8 +33,17 @@ DEEPEST = 2 ** len(WIDTHS)
 DECAY, KEPT = 1e-2, 0.998
 """Weight decay, and how much of the averaged weights stays at a step."""
 
-HELD_OUT = 48
-"""Views, the last of the first EASY ones, that are judged by and not learnt from."""
+HELD_OUT = 50
+"""Views, the last ones, that are judged by and not learnt from."""
+
+RATE = 2e-3
+"""Largest learning rate."""
+
+ZOOM = (0.7, 2.0)
+"""Between what factors views are enlarged: no user's scale is quite known, and that of lanes often not at all."""
+
+AHEAD = 2
+"""Steps for which the pieces of views are made ahead."""
 
 TELL, KEEP = 20, 200
 """Steps from one telling, and from one keeping of the state, to the next."""
@@ -74,36 +84,6 @@ def _block(before: int, width: int) -> nn.Sequential:
     return nn.Sequential(*layers)
 
 
-@attrs.frozen
-class Phase:
-    """A part of the training.
-
-    Attributes
-    ----------
-    first, last : int
-        Its steps, the last not counted.
-    rate : float
-        Largest learning rate.
-    views : int
-        Views from the pool's beginning that are learnt from.
-    zoom : tuple of float
-        Between what factors they are enlarged: no user's scale is quite known, and that of lanes often not at all.
-    """
-
-    first: int
-    last: int
-    rate: float
-    views: int
-    zoom: tuple[float, float]
-
-
-def phases(steps: int, views: int) -> tuple[Phase, ...]:
-    """All kinds of view for three quarters of the time; then the hard kinds, too, from the averaged weights on."""
-    turn = steps if views <= EASY else steps * 3 // 4
-    every = Phase(0, turn, 2e-3, min(views, EASY), (0.75, 1.6))
-    return (every,) if turn == steps else (every, Phase(turn, steps, 7e-4, views, (0.7, 2.2)))
-
-
 def train(pool: np.ndarray, out: Path, steps: int, seed: int, threads: int, tell: Tell) -> None:
     """Train the network and write it as ONNX.
 
@@ -129,37 +109,22 @@ def train(pool: np.ndarray, out: Path, steps: int, seed: int, threads: int, tell
     state = out.with_suffix(".state")
     network = Segmenter().to(memory_format=torch.channels_last)
     averaged = torch.optim.swa_utils.AveragedModel(network, avg_fn=_average, use_buffers=True)
-    held_out = np.arange(min(EASY, len(pool)))[-HELD_OUT:]
+    optimiser = torch.optim.AdamW(network.parameters(), lr=RATE, weight_decay=DECAY)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, RATE, total_steps=steps + 1, pct_start=0.1)
+    parts = {"network": network, "averaged": averaged, "optimiser": optimiser, "schedule": schedule}
     first, kept = _taken_up(state, job)
-    for name, part in (("network", network), ("averaged", averaged)):
-        if name in kept:
-            part.load_state_dict(kept[name])
-    for phase in phases(steps, len(pool)):
-        if first >= phase.last:
-            continue
-        if first == phase.first > 0:
-            network.load_state_dict(averaged.module.state_dict())
-        optimiser = torch.optim.AdamW(network.parameters(), lr=phase.rate, weight_decay=DECAY)
-        schedule = torch.optim.lr_scheduler.OneCycleLR(
-            optimiser, phase.rate, total_steps=phase.last - phase.first + 1, pct_start=0.1
-        )
-        if first > phase.first:
-            optimiser.load_state_dict(kept["optimiser"])
-            schedule.load_state_dict(kept["schedule"])
-        parts = {"network": network, "averaged": averaged, "optimiser": optimiser, "schedule": schedule}
-        # Hard views come twice as often as others.
-        learnt = np.concatenate([np.setdiff1d(np.arange(phase.views), held_out), np.arange(EASY, phase.views)])
-        for step in range(first, phase.last):
-            rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(1, step))))
-            told = {"loss": _step(network, optimiser, *_batch(pool, rng, learnt, phase.zoom))}
-            schedule.step()
-            averaged.update_parameters(network)
-            if step % KEEP == KEEP - 1:
-                told |= judged(averaged.module, pool[held_out])
-                _keep(state, parts, job, step + 1)
-            if step % TELL == TELL - 1:
-                tell(step + 1, told)
-        first = phase.last
+    for name in kept:
+        parts[name].load_state_dict(kept[name])
+    held_out = max(1, len(pool) - HELD_OUT)
+    for step, (image, truth) in enumerate(_batches(pool[:held_out], seed, range(first, steps)), first):
+        told = {"loss": _step(network, optimiser, image, truth)}
+        schedule.step()
+        averaged.update_parameters(network)
+        if step % KEEP == KEEP - 1:
+            told |= judged(averaged.module, pool[held_out:])
+            _keep(state, parts, job, step + 1)
+        if step % TELL == TELL - 1:
+            tell(step + 1, told)
     write(out, exported(averaged.module, f"steps {steps}, seed {seed}, views {len(pool)}"))
     state.unlink(missing_ok=True)
 
@@ -195,17 +160,27 @@ def loss(logits: torch.Tensor, truth: torch.Tensor) -> torch.Tensor:
     return entropy + dice[0] + 0.3 * dice[1]
 
 
-def _batch(
-    pool: np.ndarray, rng: np.random.Generator, learnt: np.ndarray, zoom: tuple[float, float]
-) -> tuple[torch.Tensor, torch.Tensor]:
-    samples = [augmented(pool[learnt[int(rng.integers(len(learnt)))]], rng, zoom) for _ in range(BATCH)]
+def _batches(pool: np.ndarray, seed: int, steps: range) -> Iterator[tuple[torch.Tensor, torch.Tensor]]:
+    """What is learnt from at each step, made while the step before is learnt from."""
+    with ThreadPoolExecutor(1) as crew:
+        ahead = deque(crew.submit(_batch, pool, seed, step) for step in steps[:AHEAD])
+        for step in steps:
+            batch = ahead.popleft().result()
+            if step + AHEAD in steps:
+                ahead.append(crew.submit(_batch, pool, seed, step + AHEAD))
+            yield batch
+
+
+def _batch(pool: np.ndarray, seed: int, step: int) -> tuple[torch.Tensor, torch.Tensor]:
+    rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(1, step))))
+    samples = [augmented(pool[int(rng.integers(len(pool)))], rng) for _ in range(BATCH)]
     image = torch.from_numpy(np.stack([image for image, _ in samples])).permute(0, 3, 1, 2)
     truth = torch.from_numpy(np.stack([bits for _, bits in samples]))
     truth = torch.stack([(truth & bit) > 0 for bit in (MARKING, GROUND)], 1).float()
     return image.contiguous(memory_format=torch.channels_last), truth
 
 
-def augmented(view: np.ndarray, rng: np.random.Generator, zoom: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+def augmented(view: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """A piece of a view as another camera might have shown it.
 
     Parameters
@@ -213,8 +188,6 @@ def augmented(view: np.ndarray, rng: np.random.Generator, zoom: tuple[float, flo
     view : ndarray (SIDE, SIDE, 4) uint8
         As in a pool.
     rng : Generator
-    zoom : tuple of float
-        Between what factors it is enlarged.
 
     Returns
     -------
@@ -222,7 +195,7 @@ def augmented(view: np.ndarray, rng: np.random.Generator, zoom: tuple[float, flo
         Display RGB, 0 to 1.
     bits : ndarray (CROP, CROP) uint8
     """
-    factor = float(np.exp(rng.uniform(*np.log(zoom))))
+    factor = float(np.exp(rng.uniform(*np.log(ZOOM))))
     turn = float(rng.normal(0, 0.1)) if rng.random() < 0.4 else 0.0
     size = CROP / factor
     middle = rng.uniform(size / 2, SIDE - size / 2, 2) if size < SIDE else np.full(2, SIDE / 2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Literal
 
 import attrs
 import cv2
@@ -17,9 +18,12 @@ from pavemark.training.canvas import SIDE
 SCALE = 48.0
 """Pixels per metre at which the networks work."""
 
-HARD = ("garage", "pavers", "full", "crossing")
-"""Kinds of view that a network which has seen all kinds still gets wrong: streaks of lamps on a smooth floor that look
-like lines, lines of stones in a floor of stones, cars on either side, the wide bars of crossings."""
+Kind = Literal["any", "garage", "pavers", "full", "crossing"]
+
+KINDS: tuple[Kind, ...] = ("any", "garage", "any", "full", "any", "garage", "pavers", "any", "crossing", "any")
+"""Kinds of view, in turn. Half are of any kind; the others are what a network that has seen those alone gets wrong:
+streaks of lamps on a smooth floor that look like lines, cars on either side, lines of stones in a floor of stones, the
+wide bars of crossings."""
 
 RIGS = 12
 """Sets of cameras that views are seen with. Their maps are worked out once."""
@@ -102,7 +106,7 @@ def rig(number: int) -> Rig:
         feather=float(rng.choice([0.005, 0.03, 0.1, 0.4])),
         ragged=float(rng.choice([0.0, 0.03])),
     )
-    fisheye = Fisheye(int(rng.integers(460, 900)))
+    fisheye = Fisheye(int(np.exp(rng.uniform(np.log(330), np.log(900)))))
     shares = stitch.sectors(frame, ego)
     cameras = []
     for side, mount in mounts(ego.length - 0.1, ego.width - 0.1).items():
@@ -127,7 +131,7 @@ def rig(number: int) -> Rig:
     return Rig(scale, tuple(cameras), stitch.silhouette(frame, ego, rng))
 
 
-def sample(rng: np.random.Generator, painted: bool = True, hard: str | None = None) -> View:
+def sample(rng: np.random.Generator, painted: bool = True, kind: Kind = "any") -> View:
     """Draw a view.
 
     Parameters
@@ -135,29 +139,29 @@ def sample(rng: np.random.Generator, painted: bool = True, hard: str | None = No
     rng : Generator
     painted : bool
         Whether there may be markings. The same stream gives the same ground without them.
-    hard : str or None
-        One of HARD; None draws views of all kinds.
+    kind : str
+        One of KINDS.
     """
     cast = rng.spawn(6)
     seen_by = rig(int(cast[0].integers(RIGS)))
     scale = seen_by.scale
     turn = _turn(cast[0])
     slots = paint.rows(cast[0], scale, turn)
-    floor = floors.sample(cast[1], scale, turn, {"garage": "epoxy", "pavers": "pavers"}.get(hard))
+    floor = floors.sample(cast[1], scale, turn, {"garage": "epoxy", "pavers": "pavers"}.get(kind))
     albedo, marked = floor.albedo, np.zeros((SIDE, SIDE), np.float32)
     if painted:
         main = paint.colour(cast[2])
-        for coat in paint.sample(cast[2], scale, turn, slots, hard == "crossing"):
+        for coat in paint.sample(cast[2], scale, turn, slots, kind == "crossing"):
             colour = main if cast[2].random() < 0.6 else paint.colour(cast[2])
-            albedo = paint.laid_on(cast[2], albedo, coat, colour, 0.6 if hard == "pavers" else paint.INLAID)
+            albedo = paint.laid_on(cast[2], albedo, coat, colour, 0.6 if kind == "pavers" else paint.INLAID)
             marked = np.maximum(marked, coat)
     standing = []
-    if cast[3].random() < 0.8 or hard == "full":
-        standing = bodies.sample(cast[3], scale, turn, slots, hard == "full")
-    lit = light.sample(cast[4], scale, hard == "garage")
+    if cast[3].random() < 0.8 or kind == "full":
+        standing = bodies.sample(cast[3], scale, turn, slots, kind == "full")
+    lit = light.sample(cast[4], scale, kind == "garage")
     below = lit.level * bodies.shade_below(standing, lit.sun, scale)[..., None]
     lamps, gloss = (0, 9), floor.gloss
-    if hard == "garage":
+    if kind == "garage":
         # Of the streaks about a camera its sector shows a quarter.
         lamps, gloss = (8, 40), np.maximum(gloss, 0.5)
     image, free = _seen(cast[5], seen_by, albedo * below, gloss, standing, lit, lamps)
@@ -198,6 +202,11 @@ def _seen(
         seen_ground = np.ones((SIDE, SIDE), np.uint8)
         shapes = bodies.seen(standing, camera.foot, camera.height, seen_by.scale)
         bodies.draw(picture, seen_ground, [(shape, colour * ambient) for shape, colour in shapes])
+        upright = seen_ground == 0
+        if upright.any():
+            factor, mirrored = bodies.smear(rng, camera.polar)
+            surface = picture * factor[..., None] + (mirrored[..., None] * ambient).astype(np.float32)
+            picture[upright] = surface[upright]
         lens = cv2.remap(picture, camera.lies_at - 0.5, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101)
         electronics = sensor.sample(rng, lit.noise, lit.exposure)
         electronics = attrs.evolve(
