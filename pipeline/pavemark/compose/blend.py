@@ -31,6 +31,11 @@ NEIGHBOURHOOD = 0.5
 """Metres a side of the square in which paint keeps the light that its ratio asks for."""
 
 
+LOG = np.log(LINEAR + DARKEST)
+"""Log linear light (256,) float64 of each 8-bit display level."""
+LOG.setflags(write=False)
+
+
 @attrs.frozen(eq=False)
 class _Decal:
     """The painted pixels, flat: their index (P,), alpha (P,) and premultiplied colour (P, 3), float64."""
@@ -85,24 +90,62 @@ def _everywhere(plate: Plate, decal: _Decal, values: np.ndarray) -> np.ndarray:
     return picture
 
 
-def _reflectance(plate: Plate, decal: _Decal, blend: Blend) -> tuple[np.ndarray, np.ndarray]:
+@attrs.frozen(eq=False)
+class Asked:
+    """What "reflectance" asks for: Poisson's equation as `poisson.solve` takes it, in log linear light.
+
+    Attributes
+    ----------
+    domain, a, b, guidance, boundary : ndarray
+        See `poisson.solve`.
+    plain : ndarray (P, 3) float64
+        What paint over ground is without an equation, at the painted pixels.
+    """
+
+    domain: np.ndarray
+    a: np.ndarray
+    b: np.ndarray
+    guidance: np.ndarray
+    boundary: np.ndarray
+    plain: np.ndarray
+
+
+def asked(plate: Plate, layers: Layers, blend: Blend) -> Asked:
+    """The equation of a blend with the method "reflectance"."""
+    return _asked(plate, _decal(plate, layers.decals, blend.edge_blur), blend)
+
+
+def lit(log: np.ndarray) -> np.ndarray:
+    """Display levels (..., 3), 0 to 255, not rounded, of log linear light as `Asked` has it."""
+    return to_display(within_gamut(np.exp(log) - DARKEST, 1.0))
+
+
+def _asked(plate: Plate, decal: _Decal, blend: Blend) -> Asked:
     """Gradient of the log reflectance ratio, plus the plate's own, damped where both ends lie under paint."""
     domain = _domain(plate, decal, blend.margin)
     a, b = poisson.links(domain)
-    ground = _LOG[plate.image].reshape(-1, 3)
+    ground = LOG[plate.image].reshape(-1, 3)
     ratio = np.maximum(decal.colour * _hue_hidden(plate, decal) + (1 - decal.alpha)[:, None], BLACKEST)
     paint = _everywhere(plate, decal, np.log(ratio))
-    asked = paint[decal.pixels] + ground[decal.pixels]
-    if domain.all():
-        return decal.pixels, to_display(within_gamut(np.exp(asked) - DARKEST, 1.0))
     alpha = _everywhere(plate, decal, decal.alpha[:, None])
     hidden = (1 - blend.ground_texture) * np.minimum(alpha[a], alpha[b])
     guidance = paint[b] - paint[a] + (1 - hidden) * (ground[b] - ground[a])
-    solved = poisson.solve(domain, a, b, guidance, ground.reshape(plate.image.shape))
+    plain = paint[decal.pixels] + ground[decal.pixels]
+    return Asked(domain, a, b, guidance, ground.reshape(plate.image.shape), plain)
+
+
+def _reflectance(plate: Plate, decal: _Decal, blend: Blend) -> tuple[np.ndarray, np.ndarray]:
+    """Solved for the light, which is then raised to what the ratio asks for."""
+    equation = _asked(plate, decal, blend)
+    domain = equation.domain
+    if domain.all():
+        return decal.pixels, lit(equation.plain)
+    solved = poisson.solve(domain, equation.a, equation.b, equation.guidance, equation.boundary)
     pixels = np.flatnonzero(domain)
     under = (np.cumsum(domain) - 1)[decal.pixels]
-    solved[under] += decal.alpha[:, None] * np.log(_gain(plate, decal, np.exp(asked), np.exp(solved[under])))
-    return pixels, to_display(within_gamut(np.exp(solved) - DARKEST, 1.0))
+    gain = _gain(plate, decal, np.exp(equation.plain), np.exp(solved[under]))
+    solved[under] += decal.alpha[:, None] * np.log(gain)
+    return pixels, lit(solved)
 
 
 def _hue_hidden(plate: Plate, decal: _Decal) -> np.ndarray:
@@ -182,5 +225,4 @@ def _absolute(decal: _Decal) -> np.ndarray:
     return to_display(within_gamut(decal.colour / decal.alpha[:, None], 1.0))
 
 
-_LOG = np.log(LINEAR + DARKEST)
 _METHODS = {"reflectance": _reflectance, "normal": _normal, "mixed": _mixed, "alpha": _alpha}

@@ -7,6 +7,7 @@ link, which is the natural (Neumann) condition on that side.
 
 from __future__ import annotations
 
+import attrs
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sparse
@@ -37,6 +38,61 @@ def links(domain: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return a, b
 
 
+@attrs.frozen(eq=False)
+class System:
+    """The normal equations of Poisson's equation, for f - boundary, which is nought beside the domain.
+
+    Attributes
+    ----------
+    pixels : ndarray (N,) int
+        Flat indices of the domain's pixels in row-major order: the unknowns.
+    degree : ndarray (N,) int
+        Links of each unknown.
+    start, end : ndarray (M,) int32
+        Numbers of the unknowns that a link joins, of the links with both ends in the domain.
+    source : ndarray (N, C) float64
+        Right sides, a column a channel.
+    """
+
+    pixels: np.ndarray
+    degree: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    source: np.ndarray
+
+    @property
+    def matrix(self) -> sparse.csr_matrix:
+        """The five-point matrix (N, N) float64: symmetric, and positive definite where every part has a boundary."""
+        count = len(self.pixels)
+        every, less = np.arange(count), np.full(len(self.start), -1.0)
+        rows, columns = (
+            np.concatenate(ends) for ends in ((every, self.start, self.end), (every, self.end, self.start))
+        )
+        return sparse.csr_matrix((np.concatenate([self.degree, less, less]), (rows, columns)), (count, count))
+
+
+def system(domain: np.ndarray, a: np.ndarray, b: np.ndarray, guidance: np.ndarray, boundary: np.ndarray) -> System:
+    """The equations that `solve` solves, from what it is given.
+
+    Raises
+    ------
+    ValueError
+        When the domain is the whole picture: f is then free up to a constant.
+    """
+    if domain.all():
+        raise ValueError("the domain covers the whole picture and leaves no boundary")
+    pixels = np.flatnonzero(domain)
+    number = np.full(domain.size, -1, np.int32)
+    number[pixels] = np.arange(len(pixels), dtype=np.int32)
+    start, end = number[a], number[b]
+    degree = _sum(start, len(pixels)) + _sum(end, len(pixels))
+    given = boundary.reshape(domain.size, -1)
+    change = guidance - (given[b] - given[a])
+    source = np.stack([_sum(end, len(pixels), v) - _sum(start, len(pixels), v) for v in change.T], axis=-1)
+    inside = (start >= 0) & (end >= 0)
+    return System(pixels, degree, start[inside], end[inside], source)
+
+
 def solve(domain: np.ndarray, a: np.ndarray, b: np.ndarray, guidance: np.ndarray, boundary: np.ndarray) -> np.ndarray:
     """Solve Poisson's equation with Dirichlet boundary on the pixels of a domain alone.
 
@@ -65,23 +121,11 @@ def solve(domain: np.ndarray, a: np.ndarray, b: np.ndarray, guidance: np.ndarray
     ValueError
         When the domain is the whole picture: f is then free up to a constant.
     """
-    if domain.all():
-        raise ValueError("the domain covers the whole picture and leaves no boundary")
-    pixels = np.flatnonzero(domain)
-    number = np.full(domain.size, -1, np.int32)
-    number[pixels] = np.arange(len(pixels), dtype=np.int32)
-    start, end = number[a], number[b]
-    degree = _sum(start, len(pixels)) + _sum(end, len(pixels))
-
-    # Solved for f - boundary, which is nought beside the domain.
-    given = boundary.reshape(domain.size, -1)
-    change = guidance - (given[b] - given[a])
-    source = np.stack([_sum(end, len(pixels), v) - _sum(start, len(pixels), v) for v in change.T], axis=-1)
-
-    row, column = np.divmod(pixels, domain.shape[1])
+    equations = system(domain, a, b, guidance, boundary)
+    row, column = np.divmod(equations.pixels, domain.shape[1])
     light = (row + column) % 2 == 0
-    inside = (start >= 0) & (end >= 0)
-    return given[pixels] + _halved(light, degree, start[inside], end[inside], source)
+    given = boundary.reshape(domain.size, -1)
+    return given[equations.pixels] + _halved(light, equations.degree, equations.start, equations.end, equations.source)
 
 
 def _sum(at: np.ndarray, count: int, values: np.ndarray | None = None) -> np.ndarray:
