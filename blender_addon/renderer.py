@@ -15,7 +15,7 @@ from pavemark.plan import Plan
 from pavemark.plate import Plate
 from pavemark.scene import Scene
 
-from .settings import Cycles, Output, Window
+from .settings import Output, Window, engine
 from .stage import Stage
 
 _MEMORY = Path("/dev/shm") if Path("/dev/shm").is_dir() else Path(tempfile.gettempdir())
@@ -54,7 +54,7 @@ class BlenderRenderer:
             window = stage.markings(scene, plan)
             if window is not None:
                 # Every decal may lie over every other.
-                Cycles(plan.samples, transparent=len(scene.markings) + 1, threads=self.threads).apply(self.target)
+                engine(plan, transparent=len(scene.markings) + 1, threads=self.threads).apply(self.target)
                 decals[window.top : window.bottom, window.left : window.right] = self._rendered(frame, window).decals
         finally:
             stage.clear()

@@ -6,13 +6,14 @@ import attrs
 import bpy
 
 from pavemark.ground import Frame
+from pavemark.plan import Plan, Sampling
 
 from . import versions
 
 
 @attrs.frozen
 class Cycles:
-    """Cycles on the CPU, set for exact colours: no view transform, no dither, no denoising.
+    """Cycles on the CPU, set for exact colours: no view transform, no dither.
 
     Attributes
     ----------
@@ -22,36 +23,76 @@ class Cycles:
         How many decals may lie on top of each other.
     threads : int
         0 takes all cores.
+    sampling : Sampling
     """
 
     samples: int = 1
     transparent: int = 8
     threads: int = 0
+    sampling: Sampling = attrs.field(factory=Sampling)
 
     def apply(self, scene: bpy.types.Scene) -> None:
         """Set them on a scene."""
-        render, cycles = scene.render, scene.cycles
-        render.engine = "CYCLES"
-        render.film_transparent = True
-        render.dither_intensity = 0.0
-        render.use_compositing = False
-        render.use_sequencer = False
-        render.threads_mode = "FIXED" if self.threads else "AUTO"
-        if self.threads:
-            render.threads = self.threads
+        _exact(scene, self.threads)
+        scene.render.engine = "CYCLES"
+        cycles, sampling = scene.cycles, self.sampling
         cycles.device = "CPU"
         cycles.samples = self.samples
-        cycles.use_adaptive_sampling = False
-        cycles.use_denoising = False
-        cycles.pixel_filter_type = "BOX"
+        cycles.use_adaptive_sampling = sampling.threshold > 0
+        if sampling.threshold:
+            cycles.adaptive_threshold = sampling.threshold
+        cycles.use_denoising = sampling.denoise
+        cycles.pixel_filter_type = sampling.filter.upper().replace("-", "_")
         # A box of almost no width is the pixel's centre; more samples are spread over the whole pixel.
-        cycles.filter_width = 0.01 if self.samples == 1 else 1.0
+        cycles.filter_width = 0.01 if self.samples == 1 else sampling.width
         cycles.max_bounces = 0
         cycles.transparent_max_bounces = self.transparent
         cycles.min_transparent_bounces = self.transparent  # below it, Russian roulette would end rays in a stack
-        cycles.seed = 0
-        scene.view_settings.view_transform = "Raw"
-        scene.display_settings.display_device = "sRGB"
+        cycles.seed = sampling.seed
+
+
+@attrs.frozen
+class Eevee:
+    """EEVEE, which needs a GPU or a program that plays one.
+
+    Attributes
+    ----------
+    samples : int
+        Positions in the pixel.
+    width : float
+        Pixels across of the filter.
+    """
+
+    samples: int
+    width: float
+
+    def apply(self, scene: bpy.types.Scene) -> None:
+        """Set it on a scene."""
+        _exact(scene, threads=0)
+        scene.render.engine = versions.EEVEE
+        scene.render.filter_size = self.width
+        scene.eevee.taa_render_samples = self.samples
+
+
+def engine(plan: Plan, transparent: int, threads: int) -> Cycles | Eevee:
+    """The engine that a plan calls for, with its settings; see `Cycles`."""
+    if plan.sampling.engine == "eevee":
+        return Eevee(plan.samples, plan.sampling.width)
+    return Cycles(plan.samples, transparent, threads, plan.sampling)
+
+
+def _exact(scene: bpy.types.Scene, threads: int) -> None:
+    """Colours as they are, over transparency."""
+    render = scene.render
+    render.film_transparent = True
+    render.dither_intensity = 0.0
+    render.use_compositing = False
+    render.use_sequencer = False
+    render.threads_mode = "FIXED" if threads else "AUTO"
+    if threads:
+        render.threads = threads
+    scene.view_settings.view_transform = "Raw"
+    scene.display_settings.display_device = "sRGB"
 
 
 @attrs.frozen

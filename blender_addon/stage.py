@@ -18,8 +18,6 @@ from .nodes import node, output
 from .settings import Window
 
 CAMERA_HEIGHT = 10.0
-_HARD_EDGED = 2
-"""From this many samples a pixel on, samples find the edges and coverage is not used."""
 
 
 class Stage:
@@ -98,11 +96,11 @@ class Stage:
         effects = plan.nodes[number]
         values = sheet(shape, frame, scene.tyres if {"wear", "dirt"} & set(effects) else None, "wear" in effects)
         painted = values[..., COVERAGE] > 0
-        if plan.samples < _HARD_EDGED:
-            mesh = decals.pixels(name, values[..., COVERAGE], frame, height)
-        else:
+        if plan.hard:
             mesh = decals.hard(name, shape, height)
             values[..., COVERAGE] = 1.0
+        else:
+            mesh = decals.pixels(name, values[..., COVERAGE], frame, height)
         image = sheets.load(name, values, frame)
         self._keep(image.image)
         colour = marking.paint.ratio if plan.colour == "ratio" else _emitted(marking.paint)

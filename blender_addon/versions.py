@@ -6,6 +6,8 @@ import warnings
 
 import bpy
 
+EEVEE = "BLENDER_EEVEE" if bpy.app.version >= (5, 0) else "BLENDER_EEVEE_NEXT"
+
 
 def exr_layers(settings: bpy.types.ImageFormatSettings) -> None:
     """Choose half-float multilayer EXR, uncompressed (14 ms at 600×600; PNG takes 107)."""

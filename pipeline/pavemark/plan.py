@@ -4,9 +4,45 @@ from __future__ import annotations
 
 import attrs
 
+from pavemark.records import one_of, within
 from pavemark.scene import Paint, Scene
 
 PAINT_EFFECTS = ("grain", "wear", "chips", "cracks", "dirt", "pattern")
+
+
+ENGINES = ("cycles", "eevee")
+FILTERS = ("box", "gaussian", "blackman-harris")
+
+
+@attrs.frozen
+class Sampling:
+    """How the renderer finds what a pixel shows. No scene calls for anything but the defaults yet.
+
+    Attributes
+    ----------
+    hard : bool
+        Whether rays find the edges. Otherwise one ray a pixel, through its centre, meets paint whose coverage of the
+        pixel is known; more rays than one find the edges in any case.
+    filter : str
+        One of FILTERS: how rays are weighed around the pixel's centre.
+    width : float
+        Pixels across of the filter. A box of 1 is the pixel's own mean.
+    threshold : float
+        Noise at which a pixel is sent no more rays ("adaptive sampling"); 0 sends each the same number.
+    denoise : bool
+    engine : str
+        One of ENGINES.
+    seed : int
+        Of the rays' places in the pixel.
+    """
+
+    hard: bool = False
+    filter: str = attrs.field(default="box", validator=one_of(*FILTERS))
+    width: float = attrs.field(default=1.0, validator=within(0.01, 10.0))
+    threshold: float = attrs.field(default=0.0, validator=within(0.0, 1.0))
+    denoise: bool = False
+    engine: str = attrs.field(default="cycles", validator=one_of(*ENGINES))
+    seed: int = attrs.field(default=0, validator=within(0, 2**31 - 1))
 
 
 @attrs.frozen
@@ -25,6 +61,7 @@ class Plan:
         For each marking the effects for which shader nodes are built.
     steps : tuple of str
         Steps after rendering, in order: "optics", "blend", "brightness", "noise".
+    sampling : Sampling
     """
 
     renders: bool
@@ -32,6 +69,12 @@ class Plan:
     samples: int
     nodes: tuple[tuple[str, ...], ...]
     steps: tuple[str, ...]
+    sampling: Sampling = Sampling()
+
+    @property
+    def hard(self) -> bool:
+        """Whether samples find the edges and coverage is not used."""
+        return self.samples > 1 or self.sampling.hard
 
 
 def plan(scene: Scene) -> Plan:

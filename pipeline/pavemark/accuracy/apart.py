@@ -5,7 +5,8 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -17,8 +18,12 @@ from pavemark.accuracy.clock import spent
 from pavemark.errors import InputError
 
 THREADS = 1
-"""Threads of OpenCV, in all its copies, and of OpenMP in the process; networks have one as well
+"""Threads of OpenCV and of linear algebra, in all their copies, in the process; networks have one as well
 (`pavemark.background.onnx`)."""
+
+_THREADS = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"), str(THREADS)
+)
 
 
 @attrs.frozen(eq=False)
@@ -30,7 +35,7 @@ class Answer:
     value : Any
         What the function returned.
     seconds : float
-        Processor time of the call alone, see `pavemark.accuracy.clock`.
+        Processor time of the call alone, see `pavemark.accuracy.clock`; the mean where it was called more than once.
     peak_mb : float
         Most memory (resident, 10⁶ bytes) that the process has held so far; nan where the system is
         not Linux.
@@ -50,11 +55,15 @@ class Apart:
         Of a module, so that the process can import it.
     name : str
         Of what it does, for errors.
+    least : float
+        Seconds of processor time for which it is called over and over, each time it is asked to: what takes
+        microseconds cannot be timed once.
     """
 
-    def __init__(self, function: Callable[..., Any], name: str) -> None:
+    def __init__(self, function: Callable[..., Any], name: str, least: float = 0.0) -> None:
         self._function = function
         self._name = name
+        self._least = least
         self._process = None
 
     def __enter__(self) -> Apart:
@@ -89,8 +98,10 @@ class Apart:
         # A fork would begin with the memory of this process, and with its locks.
         context = multiprocessing.get_context("spawn")
         self._pipe, theirs = context.Pipe()
-        self._process = context.Process(target=_serve, args=(theirs, self._function), daemon=True)
-        self._process.start()
+        arguments = theirs, self._function, self._least
+        self._process = context.Process(target=_serve, args=arguments, daemon=True)
+        with _environment(_THREADS):  # read when a library is loaded, which is before the process is asked for anything
+            self._process.start()
         theirs.close()
 
     def _end(self) -> None:
@@ -101,24 +112,51 @@ class Apart:
             self._process = None
 
 
-def _serve(pipe: Connection, function: Callable[..., Any]) -> None:
+def _serve(pipe: Connection, function: Callable[..., Any], least: float) -> None:
     # Ctrl-C is for the process that asks; it ends this one.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     cv2.setNumThreads(THREADS)
-    os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"), str(THREADS))
     while True:
         try:
             arguments = pipe.recv()
         except EOFError:
             return
-        start = spent()
+        value, seconds, fault = None, float("nan"), None
         try:
-            value, fault = function(*arguments), None
+            value, seconds = _timed(function, arguments, least)
         except InputError as error:
-            value, fault = None, str(error)
+            fault = str(error)
         except Exception as error:  # whatever a method does wrong is its own fault and no one else's
-            value, fault = None, f"{type(error).__name__}: {error}"
-        pipe.send((fault, value, spent() - start, _peak()))
+            fault = f"{type(error).__name__}: {error}"
+        pipe.send((fault, value, seconds, _peak()))
+
+
+def _timed(function: Callable[..., Any], arguments: tuple[Any, ...], least: float) -> tuple[Any, float]:
+    """What a call returns and how long it takes; called twice as often each time until that can be told."""
+    calls = 1
+    while True:
+        start = spent()
+        for _ in range(calls):
+            value = function(*arguments)
+        seconds = spent() - start
+        if seconds >= least:
+            return value, seconds / calls
+        calls *= 2
+
+
+@contextmanager
+def _environment(more: Mapping[str, str]) -> Iterator[None]:
+    """Entered to start a process with more in its environment than this one has."""
+    before = dict(os.environ)
+    os.environ.update(more)
+    try:
+        yield
+    finally:
+        for name in more:
+            if name in before:
+                os.environ[name] = before[name]
+            else:
+                del os.environ[name]
 
 
 def _peak() -> float:

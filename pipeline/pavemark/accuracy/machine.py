@@ -12,7 +12,16 @@ from pavemark import __version__
 from pavemark.accuracy.apart import THREADS
 from pavemark.background.inpainting import inpainter
 
-PACKAGES = ("numpy", "scipy", "opencv-contrib-python-headless", "PyPatchMatch", "onnxruntime", "OpenImageIO")
+PACKAGES = (
+    "numpy",
+    "scipy",
+    "opencv-contrib-python-headless",
+    "shapely",
+    "pyamg",
+    "PyPatchMatch",
+    "onnxruntime",
+    "OpenImageIO",
+)
 
 
 def machine() -> str:

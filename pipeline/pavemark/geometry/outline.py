@@ -53,18 +53,18 @@ def polygons(shape: shapely.Geometry) -> MultiPolygon:
     return MultiPolygon(kept)
 
 
-def bend(shapes: Sequence[shapely.Geometry], curvature: Curvature | None) -> np.ndarray:
+def bend(shapes: Sequence[shapely.Geometry], curvature: Curvature | None, step: float = STEP) -> np.ndarray:
     """Lines or polygons (world, metres) as they lie after the curvature.
 
     Returns
     -------
     ndarray (N,) of the same kinds of geometry
-        With points every STEP, so that straight sides can bend; the shapes themselves without a curvature.
+        With points every `step` metres, so that straight sides can bend; the shapes themselves without a curvature.
     """
     straight = np.array(shapes, dtype=object)
     if curvature is None:
         return straight
-    return shapely.transform(shapely.segmentize(straight, STEP), lambda points: displace(curvature, points))
+    return shapely.transform(shapely.segmentize(straight, step), lambda points: displace(curvature, points))
 
 
 def _polygon(area: Area) -> Polygon:

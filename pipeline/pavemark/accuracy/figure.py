@@ -1,0 +1,174 @@
+"""A stage's figure: error against time, log-log, a panel a problem."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Sequence
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator, NullFormatter
+
+from pavemark.accuracy.work_precision import Point, duration, families, problems
+
+LEAST = 1e-15
+"""What an error of nought is drawn at: nothing in float64 is nearer to a number of size 1."""
+
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#7a5195", "#8c6d1f", "#56b4e9", "#555555", "#b00020", "#e69f00")
+"""Told apart by people who see colours differently (Okabe and Ito, 2008), and some more; markers differ as well."""
+
+MARKERS = "osD^vP<>Xh"
+
+STYLE = {
+    "font.size": 9,
+    "axes.titlesize": 10,
+    "axes.grid": True,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "svg.fonttype": "none",  # text stays text: it can be read, searched and copied
+}
+
+PANEL = (5.6, 4.0)
+"""Inches of a panel, its legend left out."""
+
+LEGEND = 2.3
+"""Inches beside a panel for a legend of its own, or below the panels for a line of one that they share."""
+
+
+LABEL = 7.5
+"""Points of the settings' letters."""
+
+NARROW = 200
+"""How many times its beginning an axis may end at for 2 and 5 to be told between the powers of ten."""
+
+
+def figure(name: str, made: Sequence[Point], error: str, across: int) -> str:
+    """Draw a stage.
+
+    Parameters
+    ----------
+    name : str
+        Of the stage: the ids within the SVG follow from it, so that several fit on one page.
+    made : sequence of Point
+        At least one.
+    error : str
+        What the error is, with its unit, for the axis.
+    across : int
+        Panels in a row.
+
+    Returns
+    -------
+    str
+        SVG without a date; the same points give the same bytes.
+    """
+    with mpl.rc_context({**STYLE, "svg.hashsalt": name}):
+        drawn = _drawn(made, error, across)
+        text = io.StringIO()
+        undated = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+        FigureCanvasSVG(drawn).print_figure(text, format="svg", metadata=undated, bbox_inches="tight")
+    return text.getvalue()
+
+
+def _drawn(made: Sequence[Point], error: str, across: int) -> Figure:
+    shown = problems(made)
+    by_problem = [[point for point in made if point.problem == problem] for problem in shown]
+    shared = all(families(of) == families(by_problem[0]) for of in by_problem)
+    style = {family: (COLOURS[k % 10], MARKERS[k % 10]) for of in by_problem for k, family in enumerate(families(of))}
+    across = min(across, len(shown))
+    down = math.ceil(len(shown) / across)
+    width, height = PANEL[0] + (0 if shared else LEGEND), PANEL[1]
+    drawing = Figure(figsize=(across * width, down * height), layout="constrained")
+    panels = drawing.subplots(down, across, squeeze=False).ravel()
+    for axes in panels[len(shown) :]:
+        axes.set_visible(False)
+    for axes, problem, of in zip(panels, shown, by_problem, strict=False):
+        _panel(axes, of, style)
+        axes.set_title(problem, loc="left")
+        axes.set_xlabel("processor time")
+        axes.set_ylabel(error)
+        if not shared:
+            axes.legend(handles=_legend(of, style), loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    if shared:
+        drawing.legend(handles=_legend(made, style), loc="outside lower center", ncols=4, frameon=False)
+    drawing.draw_without_rendering()  # lays the panels out, so that labels know where their points are
+    for axes, of in zip(panels, by_problem, strict=False):
+        _label(axes, of, style)
+    return drawing
+
+
+def _panel(axes: Axes, of: Sequence[Point], style: dict[str, tuple[str, str]]) -> None:
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    best = sorted((point for point in of if point.pareto), key=lambda point: point.seconds)
+    axes.plot([p.seconds for p in best], [_seen(p.error) for p in best], color="#bbbbbb", linewidth=5, alpha=0.6)
+    for family in families(of):
+        colour, marker = style[family]
+        members = [point for point in of if point.family == family]
+        x, y = [point.seconds for point in members], [_seen(point.error) for point in members]
+        spread = np.array([[p.seconds - p.lower for p in members], [p.upper - p.seconds for p in members]])
+        axes.errorbar(x, y, xerr=spread, color=colour, marker=marker, markersize=5, linewidth=1, capsize=2)
+    for point in of:
+        at = point.seconds, _seen(point.error)
+        if point.pareto:
+            axes.plot(*at, marker="o", markersize=11, markerfacecolor="none", markeredgecolor="black", linestyle="")
+        if point.ships:
+            axes.plot(*at, marker="*", markersize=17, markerfacecolor="none", markeredgecolor="black", linestyle="")
+    axes.margins(0.12)
+    low, high = axes.get_xlim()
+    steps = (1, 2, 5) if high < NARROW * low else (1,)
+    axes.xaxis.set_major_locator(LogLocator(10, subs=steps, numticks=12))
+    axes.xaxis.set_major_formatter(lambda seconds, _: duration(seconds))
+    low, high = axes.get_ylim()
+    axes.yaxis.set_major_locator(LogLocator(10, subs=(1, 2, 5) if high < NARROW * low else (1,), numticks=8))
+    if high < NARROW * low:
+        axes.yaxis.set_major_formatter("{x:g}")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_minor_formatter(NullFormatter())
+
+
+def _label(axes: Axes, of: Sequence[Point], style: dict[str, tuple[str, str]]) -> None:
+    """Settings beside their points, as many as find room: what ships and what is worth its time first."""
+    scale = axes.figure.dpi / 72
+    place = {id(point): axes.transData.transform((point.seconds, _seen(point.error))) / scale for point in of}
+    taken = [_box(*at, 5, 5) for at in place.values()]
+    for point in sorted(of, key=lambda point: (not point.ships, not point.pareto)):
+        size = 0.62 * LABEL * len(point.setting), LABEL
+        for right, up in ((1, 1), (1, -1), (-1, 1), (-1, -1), (0, 1.4), (0, -1.4)) if point.setting else ():
+            shift = right * (size[0] / 2 + 6), up * (LABEL / 2 + 5)
+            box = _box(*(place[id(point)] + shift), size[0] / 2, LABEL / 2)
+            if not any(_meet(box, other) for other in taken):
+                taken.append(box)
+                at = point.seconds, _seen(point.error)
+                how = {"ha": "center", "va": "center", "fontsize": LABEL, "color": style[point.family][0]}
+                axes.annotate(point.setting, at, xytext=shift, textcoords="offset points", **how)
+                break
+
+
+def _box(x: float, y: float, wide: float, high: float) -> tuple[float, float, float, float]:
+    return x - wide, y - high, x + wide, y + high
+
+
+def _meet(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
+    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+
+
+def _legend(of: Sequence[Point], style: dict[str, tuple[str, str]]) -> list[Line2D]:
+    ways = [Line2D([], [], color=style[f][0], marker=style[f][1], markersize=5, label=f) for f in families(of)]
+    ring = {"markerfacecolor": "none", "markeredgecolor": "black", "linestyle": ""}
+    return [
+        *ways,
+        Line2D([], [], marker="o", markersize=11, label="worth its time (Pareto)", **ring),
+        Line2D([], [], marker="*", markersize=15, label="what ships", **ring),
+    ]
+
+
+def _seen(error: float) -> float:
+    return max(error, LEAST)

@@ -1,0 +1,277 @@
+"""Error against time: contenders run in turn, which of them are worth their time, and what exactness costs.
+
+A contender is on the Pareto front when nothing else is both at least as quick and at least as exact. Along the front
+the time is fitted to a power of the error, so that one number says what halving the error costs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+
+from pavemark.accuracy.apart import Answer
+from pavemark.accuracy.watcher import Watcher
+from pavemark.errors import InputError
+
+SAME = 1.05
+"""Times that differ by no more than this factor are the same: medians of one and the same thing do."""
+
+
+@attrs.frozen
+class Contender:
+    """One setting of one way to do a thing.
+
+    Attributes
+    ----------
+    problem : str
+        What is to be done; contenders of one problem are held against each other.
+    family : str
+        The way.
+    setting : str
+        What its knob is set to; "" where it has none.
+    ships : bool
+        Whether it is what Pavemark does unless told otherwise.
+    """
+
+    problem: str
+    family: str
+    setting: str = ""
+    ships: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.family} {self.setting}".rstrip()
+
+
+@attrs.frozen(eq=False)
+class Run:
+    """What came of a contender.
+
+    Attributes
+    ----------
+    contender : Contender
+    value : Any
+        What it made, the first time.
+    seconds : tuple of float
+        Processor time of each round; the first time, which loads and warms what it needs, is in none.
+    """
+
+    contender: Contender
+    value: Any
+    seconds: tuple[float, ...]
+
+
+@attrs.frozen(kw_only=True)
+class Point:
+    """A contender in the figure, and a row of a stage's CSV, which adds measures of its own.
+
+    Attributes
+    ----------
+    problem, family, setting, ships
+        See `Contender`.
+    error : float
+        What the figure shows, in the stage's unit.
+    seconds, lower, upper : float
+        Median and quartiles of the processor time.
+    rounds : int
+        How often it was timed.
+    pareto : bool
+        Whether it is on the Pareto front of its problem.
+    """
+
+    problem: str
+    family: str
+    setting: str
+    ships: bool
+    error: float
+    seconds: float
+    lower: float
+    upper: float
+    rounds: int
+    pareto: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.family} {self.setting}".rstrip()
+
+
+def race(
+    contenders: Sequence[Contender], ask: Callable[[Contender], Answer], rounds: int, watcher: Watcher
+) -> tuple[list[Run], list[str]]:
+    """Let all contenders run in turn, round after round: what disturbs the machine disturbs all alike.
+
+    Parameters
+    ----------
+    contenders : sequence of Contender
+    ask : callable
+        Lets one run; raises `InputError` where it cannot.
+    rounds : int
+    watcher : Watcher
+
+    Returns
+    -------
+    runs : list of Run
+    failed : list of str
+        A line for each contender that did not run the first time.
+
+    Raises
+    ------
+    InputError
+        When one fails that ran the first time.
+    """
+    values, failed = {}, []
+    with watcher.of(len(contenders) * (rounds + 1), "runs"):
+        for contender in contenders:
+            try:
+                values[contender] = ask(contender).value
+            except InputError as error:
+                failed.append(f"{contender}, {contender.problem}: not run: {' '.join(str(error).split())}")
+            watcher.step(False)
+        seconds = {contender: [] for contender in values}
+        for _ in range(rounds):
+            for contender in contenders:
+                if contender in values:
+                    seconds[contender].append(ask(contender).seconds)
+                watcher.step(False)
+    return [Run(contender, value, tuple(seconds[contender])) for contender, value in values.items()], failed
+
+
+def points(runs: Sequence[Run], kind: type[Point], judge: Callable[[Run], dict[str, Any]]) -> list[Any]:
+    """The points of runs, of a stage's kind, with those on the Pareto front marked.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+    kind : type
+        `Point` or what a stage derives from it.
+    judge : callable
+        From a run to the other fields of `kind`, "error" among them.
+    """
+    made = []
+    for run in runs:
+        lower, middle, upper = map(float, np.percentile(run.seconds, (25, 50, 75)))
+        times = {"seconds": middle, "lower": lower, "upper": upper, "rounds": len(run.seconds)}
+        made.append(kind(**attrs.asdict(run.contender), **times, **judge(run)))
+    return [
+        attrs.evolve(point, pareto=on)
+        for problem in problems(made)
+        for of in [[point for point in made if point.problem == problem]]
+        for point, on in zip(of, front([p.error for p in of], [p.seconds for p in of]), strict=True)
+    ]
+
+
+def problems(made: Sequence[Point]) -> list[str]:
+    """The problems of points, in order."""
+    return list(dict.fromkeys(point.problem for point in made))
+
+
+def front(errors: Sequence[float], seconds: Sequence[float]) -> list[bool]:
+    """Which of some points nothing dominates: nothing is better in one and as good in the other.
+
+    Times within SAME count as equal, so that of two that take as long only the more exact one stays.
+
+    Examples
+    --------
+    >>> front([4.0, 2.0, 3.0, 1.0], [1.0, 2.0, 3.0, 4.0])
+    [True, True, False, True]
+    >>> front([4.0, 3.0], [1.0, 1.01])
+    [False, True]
+    """
+    pairs = list(zip(errors, seconds, strict=True))
+    return [
+        not any(e <= error and s <= SAME * second and (e < error or s < second) for e, s in pairs)
+        for error, second in pairs
+    ]
+
+
+def power(of: Sequence[float], by: Sequence[float]) -> float:
+    """The exponent k of the fit of ∝ byᵏ, least squares in the logarithms; nan where `by` does not vary.
+
+    Examples
+    --------
+    >>> round(power([3.0, 12.0, 48.0], [1.0, 2.0, 4.0]), 9)
+    2.0
+    """
+    if min(of, default=0) <= 0 or min(by, default=0) <= 0 or len(set(by)) < 2:
+        return float("nan")
+    return float(np.polyfit(np.log(by), np.log(of), 1)[0])
+
+
+def halving(of: Sequence[Point]) -> float | None:
+    """How many times the time it costs to halve the error, fitted; None where the error is not halved, or is 0.
+
+    Examples
+    --------
+    >>> times = dict(lower=0, upper=0, rounds=1, problem="", family="", setting="", ships=False)
+    >>> halving([Point(error=8.0, seconds=1.0, **times), Point(error=2.0, seconds=16.0, **times)])
+    4.0
+    """
+    errors = [point.error for point in of]
+    if max(errors) < 2 * min(errors) or min(errors) <= 0:
+        return None
+    return round(2 ** -power([point.seconds for point in of], errors), 12)
+
+
+def sentences(of: Sequence[Point], unit: str) -> list[str]:
+    """What the figure says of one problem, in plain words and from the data alone.
+
+    Parameters
+    ----------
+    of : sequence of Point
+        Of one problem.
+    unit : str
+        Of the error.
+    """
+    best = sorted((point for point in of if point.pareto), key=lambda point: point.seconds)
+    quick, exact = best[0], best[-1]
+    if quick is exact:
+        said = [f"Nothing is quicker or more exact than {quick} ({told(quick, unit)})."]
+    elif cost := halving(best):
+        said = [
+            f"From {quick} ({told(quick, unit)}) to {exact} ({told(exact, unit)}), along what is worth its time, halving "
+            f"the error costs {cost:.3g}× the time."
+        ]
+    else:
+        said = [
+            f"From {quick} ({told(quick, unit)}) to {exact} ({told(exact, unit)}) the error falls by "
+            f"{1 - exact.error / quick.error:.0%} only: nothing halves it."
+        ]
+    for point in of:
+        if point.ships and not point.pareto:
+            better = [p for p in best if p.error <= point.error and p.seconds <= point.seconds]
+            said.append(f"What ships, {point} ({told(point, unit)}), is dominated by {better[0]}.")
+        elif point.ships and quick is not exact:
+            said.append(f"What ships is {point} ({told(point, unit)}).")
+    lost = [family for family in families(of) if not any(p.pareto for p in of if p.family == family)]
+    if lost:
+        said.append(f"Never worth the time here: {', '.join(lost)}.")
+    return said
+
+
+def families(of: Sequence[Point]) -> list[str]:
+    """The families of points, in order."""
+    return list(dict.fromkeys(point.family for point in of))
+
+
+def told(point: Point, unit: str) -> str:
+    """A point's error and time."""
+    return f"{point.error:.2g} {unit} in {duration(point.seconds)}"
+
+
+def duration(seconds: float) -> str:
+    """A time to read.
+
+    Examples
+    --------
+    >>> [duration(seconds) for seconds in (2.5, 0.0123, 4.56e-6)]
+    ['2.5 s', '12 ms', '4.6 µs']
+    """
+    for unit, size in (("s", 1.0), ("ms", 1e-3)):
+        if seconds >= size:
+            return f"{_plain(seconds / size)} {unit}"
+    return f"{_plain(seconds / 1e-6)} µs"
+
+
+def _plain(number: float) -> str:
+    return f"{number:.0f}" if number >= 100 else f"{number:.2g}"
