@@ -25,13 +25,13 @@ FOUNDATION = {
 }
 MIDDLE = {"background", "randomize", "compose", "labels"}
 LEARNING = {"select", "evaluate"}
-JUDGES = {"accuracy", "training"}
 MAY_IMPORT = {
     **dict.fromkeys(FOUNDATION, FOUNDATION),
     **{room: FOUNDATION | {room} for room in MIDDLE | LEARNING},
-    **{room: FOUNDATION | {"background", room} for room in JUDGES},
+    "accuracy": FOUNDATION | {"background", "compose", "accuracy"},
+    "training": FOUNDATION | {"background", "training"},
     "job": FOUNDATION | MIDDLE | LEARNING | {"job"},
-    "cli": FOUNDATION | {"job", "background", "cli"} | JUDGES,
+    "cli": FOUNDATION | {"job", "background", "accuracy", "training", "cli"},
     "__main__": {"cli"},
 }
 BLENDER_MAY_IMPORT = {

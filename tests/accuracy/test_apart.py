@@ -1,5 +1,7 @@
 import os
+import threading
 
+import cv2
 import numpy as np
 import pytest
 
@@ -15,6 +17,10 @@ def job(what):
         return int(np.ones(50_000_000, np.uint8).sum())
     if what == "who":
         return os.getpid()
+    if what == "threads":
+        return os.environ["OPENBLAS_NUM_THREADS"], cv2.getNumThreads()
+    if what == "wait":
+        threading.Event().wait(60)
     if what == "refuse":
         raise InputError("the hole", "is empty")
     if what == "fault":
@@ -47,3 +53,27 @@ def test_faults_are_told_in_a_line_and_the_next_call_is_answered():
         with pytest.raises(InputError, match="lama: its process died with code 3"):
             apart("die")
         assert apart("who").value != first
+
+
+def test_short_calls_are_repeated_and_the_mean_is_told():
+    with Apart(job, "job") as once, Apart(job, "job", least=0.05) as often:
+        assert often("who").value != os.getpid()
+        # To ask for a process's number takes no hundredth of the time that it is asked for it.
+        assert 0 < often("who").seconds < 5e-4
+        work = once("work").seconds
+        assert often("work").seconds == pytest.approx(work, rel=0.5)
+
+
+def test_patience_ends_and_the_next_call_has_a_process_of_its_own():
+    with Apart(job, "render", patience=5.0) as apart:
+        first = apart("who").value
+        with pytest.raises(InputError, match="render: gave no answer within 5 s"):
+            apart("wait")
+        assert apart("who").value != first
+
+
+def test_the_process_has_one_thread_and_this_one_keeps_its_environment():
+    before = dict(os.environ)
+    with Apart(job, "job") as apart:
+        assert apart("threads").value == ("1", 1)
+    assert dict(os.environ) == before

@@ -1,11 +1,15 @@
 import csv
+import signal
 from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
 
+from commandline import gone, start, wait_until, workers_of
+from pavemark.accuracy.report import Report
 from pavemark.cli import main
+from pavemark.errors import InputError
 
 
 @pytest.fixture
@@ -15,7 +19,8 @@ def accuracy(folders, monkeypatch, capsys):
 
     def run(*words):
         command = ["accuracy", "--images", folders / "images", "--masks", folders / "masks", "--out", folders / "out"]
-        command += ["--set", "mask.ground = [0]", "--scale", "30", *words]
+        command += ["--set", "mask.ground = [0]", "--scale", "30"]
+        command += [*([] if "--stage" in words else ["--stage", "inpaint"]), *words]
         with pytest.raises(SystemExit) as left:
             main([str(word) for word in command])
         told = capsys.readouterr()
@@ -76,7 +81,7 @@ def test_a_report_of_residue_beside_what_others_have_cleaned(folders, accuracy):
     [
         (["--methods", "lama"], "inpainter = 'lama': allowed patchmatch"),
         (["--methods", ","], "--methods: it is empty: allowed patchmatch"),
-        (["--stage", "blend"], "'blend' is not one of 'inpaint', 'residue'"),
+        (["--stage", "taste"], "'taste' is not one of 'render', 'blend', 'geometry', 'inpaint', 'residue', 'all'"),
         (["--stage", "residue", "--cleaned", "here"], "'here': allowed is NAME=DIR"),
         (["--stage", "residue", "--cleaned", "x=/nowhere"], "/nowhere: cannot be listed"),
         (["--scale", "0"], "scale = 0.0: allowed 1 to 10000"),
@@ -96,6 +101,82 @@ def test_a_report_that_could_not_be_written_is_not_begun(folders, accuracy):
     assert (done.code, done.out) == (2, "")
     assert "is there and no folder" in done.err
     assert (folders / "out").read_text() == "a letter"
+
+
+@pytest.fixture
+def alone(tmp_path, capsys):
+    """Runs the command in this process, without images."""
+
+    def run(*words):
+        with pytest.raises(SystemExit) as left:
+            main(["accuracy", "--quiet", "--quick", *map(str, words)])
+        told = capsys.readouterr()
+        return SimpleNamespace(code=left.value.code, out=told.out, err=told.err)
+
+    return run
+
+
+def test_a_report_of_a_stage_that_needs_no_images(tmp_path, alone, monkeypatch):
+    monkeypatch.setattr("pavemark.accuracy.geometry.QUICK_ROUNDS", 1)
+    monkeypatch.setattr("pavemark.accuracy.geometry.LEAST", 0.0)
+    done = alone("--stage", "geometry", "--out", tmp_path / "out")
+    assert (done.code, done.err) == (0, "")
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "geometry.svg",
+        "geometry.csv",
+        "geometry.md",
+        "report.html",
+    }
+    shown = (tmp_path / "out/report.html").read_text()
+    assert "<svg" in shown and "DLT, normalised" in shown
+    assert len(rows(tmp_path / "out/geometry.csv")) > 40
+
+
+def test_all_does_what_it_can_and_says_what_it_cannot(tmp_path, alone, monkeypatch):
+    def judge(name):
+        return lambda *given: Report({f"{name}.md": name}, name)
+
+    def none(*given):
+        raise InputError("render", "Blender: No module named 'bpy'")
+
+    monkeypatch.setattr("pavemark.accuracy.render.report", none)
+    monkeypatch.setattr("pavemark.accuracy.blend.report", judge("blend"))
+    monkeypatch.setattr("pavemark.accuracy.geometry.report", judge("geometry"))
+    done = alone("--out", tmp_path / "out")
+    assert done.code == 1
+    assert done.err.splitlines() == ["render: not run: render: Blender: No module named 'bpy'"]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["blend.md", "geometry.md", "report.html"]
+    shown = (tmp_path / "out/report.html").read_text()
+    for line in ("render: not run", "inpaint: not run: --images is missing", "residue: not run: --images is missing"):
+        assert line in shown
+
+
+@pytest.mark.parametrize("stage", ["inpaint", "residue"])
+def test_images_are_asked_for_where_they_are_needed(tmp_path, alone, stage):
+    done = alone("--stage", stage, "--out", tmp_path / "out")
+    assert (done.code, done.err.strip()) == (
+        2,
+        f"error: --stage {stage}: --images is missing: a folder of AVM images is needed",
+    )
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_anything_is_measured(alone):
+    done = alone("--stage", "blend", "--out", "/proc/here/out")
+    (line,) = done.err.splitlines()
+    assert (done.code, done.out) == (2, "")
+    assert line.startswith("error: /proc: cannot be written in:")
+
+
+def test_interrupted_it_leaves_nothing_behind(tmp_path):
+    running = start("accuracy", "--stage", "geometry", "--out", str(tmp_path / "out"))
+    assert wait_until(lambda: len(workers_of(running.pid)) >= 1)
+    workers = workers_of(running.pid)
+    running.send_signal(signal.SIGINT)
+    out, err = running.communicate(timeout=30)
+    assert (running.returncode, out, err.strip()) == (130, "", "")
+    assert wait_until(lambda: all(map(gone, workers)))
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_one_bad_image_leaves_a_report_of_the_others_and_exit_code_1(folders, accuracy):

@@ -58,12 +58,17 @@ class Apart:
     least : float
         Seconds of processor time for which it is called over and over, each time it is asked to: what takes
         microseconds cannot be timed once.
+    patience : float or None
+        Seconds after which the process is given up, with what it does; None waits for ever.
     """
 
-    def __init__(self, function: Callable[..., Any], name: str, least: float = 0.0) -> None:
+    def __init__(
+        self, function: Callable[..., Any], name: str, least: float = 0.0, patience: float | None = None
+    ) -> None:
         self._function = function
         self._name = name
         self._least = least
+        self._patience = patience
         self._process = None
 
     def __enter__(self) -> Apart:
@@ -78,12 +83,15 @@ class Apart:
         Raises
         ------
         InputError
-            When it raised anything, or its process died.
+            When it raised anything, its process died, or patience ended.
         """
         if self._process is None:
             self._start()
         try:
             self._pipe.send(arguments)
+            if not self._pipe.poll(self._patience):
+                self._end()
+                raise InputError(self._name, f"gave no answer within {self._patience:g} s")
             fault, *answer = self._pipe.recv()
         except (EOFError, OSError):
             self._process.join()
@@ -99,9 +107,11 @@ class Apart:
         context = multiprocessing.get_context("spawn")
         self._pipe, theirs = context.Pipe()
         arguments = theirs, self._function, self._least
-        self._process = context.Process(target=_serve, args=arguments, daemon=True)
-        with _environment(_THREADS):  # read when a library is loaded, which is before the process is asked for anything
-            self._process.start()
+        process = context.Process(target=_serve, args=arguments, daemon=True)
+        # The environment is read when a library is loaded, which is before the process is asked for anything.
+        with _uninterrupted(), _environment(_THREADS):
+            process.start()
+            self._process = process
         theirs.close()
 
     def _end(self) -> None:
@@ -113,8 +123,6 @@ class Apart:
 
 
 def _serve(pipe: Connection, function: Callable[..., Any], least: float) -> None:
-    # Ctrl-C is for the process that asks; it ends this one.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     cv2.setNumThreads(THREADS)
     while True:
         try:
@@ -142,6 +150,16 @@ def _timed(function: Callable[..., Any], arguments: tuple[Any, ...], least: floa
         if seconds >= least:
             return value, seconds / calls
         calls *= 2
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Entered to start a process that Ctrl-C does not reach: it is for this one, which ends the other."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

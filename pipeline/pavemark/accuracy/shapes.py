@@ -36,7 +36,7 @@ FINEST = STEP / 32
 TOLERANCES = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 8.0)
 """Pixels by which Douglas and Peucker may move an outline."""
 
-OURS = "1 % of the length, held to the stroke's width"
+OURS = "GEOS, 1 % of the length"
 
 DENSE = 0.02
 """Share of a side after which Hausdorff's distance is looked for again."""
@@ -52,7 +52,7 @@ def _lines() -> list[LineString]:
 
 def bending() -> Ways:
     """A line bent by the elastic field is a chain of chords."""
-    return {("chords", f"{step:g}"): partial(bend, _lines(), marked.BENT, step) for step in STEPS}
+    return {("chords", f"{step:g} m"): partial(bend, _lines(), marked.BENT, step) for step in STEPS}
 
 
 def bent_errors(made: np.ndarray) -> Errors:
@@ -86,8 +86,8 @@ def simplifying() -> Ways:
     """The outline of a mask with fewer points, by Douglas and Peucker's ε."""
     return {
         (OURS, ""): lambda: simplified(masked()),
-        **{("GEOS", f"{e:g}"): partial(masked().simplify, e) for e in TOLERANCES},
-        **{("OpenCV", f"{e:g}"): partial(_approximated, masked(), e) for e in TOLERANCES},
+        **{("GEOS", f"ε={e:g}"): partial(masked().simplify, e) for e in TOLERANCES},
+        **{("OpenCV", f"ε={e:g}"): partial(_approximated, masked(), e) for e in TOLERANCES},
     }
 
 

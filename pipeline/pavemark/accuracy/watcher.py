@@ -9,12 +9,12 @@ from typing import Protocol
 class Watcher(Protocol):
     """`pavemark.job.progress.Progress` is one."""
 
-    def of(self, total: int) -> AbstractContextManager:
-        """Entered while so many images are worked on."""
+    def of(self, total: int, things: str = "images") -> AbstractContextManager:
+        """Entered while so many images, or other things, are worked on."""
         ...
 
     def step(self, lacking: bool) -> None:
-        """One image is done, or something of it will be lacking."""
+        """One is done, or something of it will be lacking."""
         ...
 
     def tell(self, line: str) -> None:

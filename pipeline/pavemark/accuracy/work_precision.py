@@ -1,4 +1,4 @@
-"""Error against time: contenders run in turn, which of them are worth their time, and what exactness costs.
+"""Error against time: which contenders are worth their time, and what exactness costs.
 
 A contender is on the Pareto front when nothing else is both at least as quick and at least as exact. Along the front
 the time is fitted to a power of the error, so that one number says what halving the error costs.
@@ -12,55 +12,10 @@ from typing import Any
 import attrs
 import numpy as np
 
-from pavemark.accuracy.apart import Answer
-from pavemark.accuracy.watcher import Watcher
-from pavemark.errors import InputError
+from pavemark.accuracy.race import Run
 
 SAME = 1.05
 """Times that differ by no more than this factor are the same: medians of one and the same thing do."""
-
-
-@attrs.frozen
-class Contender:
-    """One setting of one way to do a thing.
-
-    Attributes
-    ----------
-    problem : str
-        What is to be done; contenders of one problem are held against each other.
-    family : str
-        The way.
-    setting : str
-        What its knob is set to; "" where it has none.
-    ships : bool
-        Whether it is what Pavemark does unless told otherwise.
-    """
-
-    problem: str
-    family: str
-    setting: str = ""
-    ships: bool = False
-
-    def __str__(self) -> str:
-        return f"{self.family} {self.setting}".rstrip()
-
-
-@attrs.frozen(eq=False)
-class Run:
-    """What came of a contender.
-
-    Attributes
-    ----------
-    contender : Contender
-    value : Any
-        What it made, the first time.
-    seconds : tuple of float
-        Processor time of each round; the first time, which loads and warms what it needs, is in none.
-    """
-
-    contender: Contender
-    value: Any
-    seconds: tuple[float, ...]
 
 
 @attrs.frozen(kw_only=True)
@@ -94,47 +49,6 @@ class Point:
 
     def __str__(self) -> str:
         return f"{self.family} {self.setting}".rstrip()
-
-
-def race(
-    contenders: Sequence[Contender], ask: Callable[[Contender], Answer], rounds: int, watcher: Watcher
-) -> tuple[list[Run], list[str]]:
-    """Let all contenders run in turn, round after round: what disturbs the machine disturbs all alike.
-
-    Parameters
-    ----------
-    contenders : sequence of Contender
-    ask : callable
-        Lets one run; raises `InputError` where it cannot.
-    rounds : int
-    watcher : Watcher
-
-    Returns
-    -------
-    runs : list of Run
-    failed : list of str
-        A line for each contender that did not run the first time.
-
-    Raises
-    ------
-    InputError
-        When one fails that ran the first time.
-    """
-    values, failed = {}, []
-    with watcher.of(len(contenders) * (rounds + 1), "runs"):
-        for contender in contenders:
-            try:
-                values[contender] = ask(contender).value
-            except InputError as error:
-                failed.append(f"{contender}, {contender.problem}: not run: {' '.join(str(error).split())}")
-            watcher.step(False)
-        seconds = {contender: [] for contender in values}
-        for _ in range(rounds):
-            for contender in contenders:
-                if contender in values:
-                    seconds[contender].append(ask(contender).seconds)
-                watcher.step(False)
-    return [Run(contender, value, tuple(seconds[contender])) for contender, value in values.items()], failed
 
 
 def points(runs: Sequence[Run], kind: type[Point], judge: Callable[[Run], dict[str, Any]]) -> list[Any]:
@@ -229,8 +143,8 @@ def sentences(of: Sequence[Point], unit: str) -> list[str]:
         said = [f"Nothing is quicker or more exact than {quick} ({told(quick, unit)})."]
     elif cost := halving(best):
         said = [
-            f"From {quick} ({told(quick, unit)}) to {exact} ({told(exact, unit)}), along what is worth its time, halving "
-            f"the error costs {cost:.3g}× the time."
+            f"From {quick} ({told(quick, unit)}) to {exact} ({told(exact, unit)}), along what is worth its time, "
+            f"halving the error costs {cost:.3g}× the time."
         ]
     else:
         said = [

@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 
 import attrs
 
-from pavemark.accuracy.figure import figure
+from pavemark.accuracy.figure import Axis, figure
 from pavemark.accuracy.machine import machine
+from pavemark.accuracy.race import Failure
 from pavemark.accuracy.report import Report
 from pavemark.accuracy.table import as_csv, markdown
 from pavemark.accuracy.work_precision import Point, duration, families, halving, problems, sentences
@@ -24,23 +25,24 @@ class Wording:
     ----------
     unit : str
         Of the error.
-    axis : str
-        What the error is, with its unit.
+    axis : Axis
     intro : str
         What was done, and against what reference.
     columns : mapping of str to callable
         More columns of the table, from a point to what stands there.
     remarks : sequence of str
         A line each, below the figure.
+    failed : sequence of Failure
     across : int
         Panels in a row of the figure.
     """
 
     unit: str
-    axis: str
+    axis: Axis
     intro: str
     columns: Mapping[str, Callable[[Point], str]]
     remarks: Sequence[str] = ()
+    failed: Sequence[Failure] = ()
     across: int = 2
 
 
@@ -61,6 +63,7 @@ def written(stage: str, title: str, made: Sequence[Point], wording: Wording) -> 
         f"![{title}]({stage}.svg)",
         *(_said(name, [point for point in made if point.problem == name], wording.unit) for name in problems(made)),
         *wording.remarks,
+        *_not_run(wording.failed),
         *(_table([point for point in made if point.problem == name], wording) for name in problems(made)),
     ]
     text = "\n\n".join(told) + "\n"
@@ -84,8 +87,19 @@ def _said(name: str, of: Sequence[Point], unit: str) -> str:
     return " ".join([f"**{name[0].upper()}{name[1:]}.**", *sentences(of, unit), *within])
 
 
+def _not_run(failed: Sequence[Failure]) -> list[str]:
+    settings: dict[tuple[str, ...], list[str]] = {}
+    for failure in failed:
+        one = failure.contender
+        settings.setdefault((one.family, one.problem, failure.reason), []).append(one.setting)
+    return [
+        f"{' '.join([family, ', '.join(of)]).rstrip()}, {problem}: not run: {reason}."
+        for (family, problem, reason), of in settings.items()
+    ]
+
+
 def _table(of: Sequence[Point], wording: Wording) -> str:
-    head = (of[0].problem, "setting", wording.axis, "time", *wording.columns, "")
+    head = (of[0].problem, "setting", wording.axis.error, "time", *wording.columns, "")
     rows = [
         (
             point.family,

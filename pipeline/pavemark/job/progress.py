@@ -21,8 +21,8 @@ EVERY = 5.0
 class Progress(Protocol):
     """Told of every image; what must be reported goes to stderr, the rest to stdout."""
 
-    def of(self, total: int) -> contextmanager:
-        """Entered while `total` images are made."""
+    def of(self, total: int, things: str = "images") -> contextmanager:
+        """Entered while `total` images, or other things, are made."""
         ...
 
     def step(self, lacking: bool) -> None:
@@ -42,7 +42,7 @@ class Quiet:
     """Says nothing but what went wrong."""
 
     @contextmanager
-    def of(self, total: int) -> Iterator[None]:
+    def of(self, total: int, things: str = "images") -> Iterator[None]:
         yield
 
     def step(self, lacking: bool) -> None:
@@ -59,8 +59,8 @@ class Lines(Quiet):
     """A line every few seconds."""
 
     @contextmanager
-    def of(self, total: int) -> Iterator[None]:
-        self._total, self._count, self._lacking = total, 0, 0
+    def of(self, total: int, things: str = "images") -> Iterator[None]:
+        self._total, self._things, self._count, self._lacking = total, things, 0, 0
         self._start = self._told = now()
         yield
 
@@ -71,7 +71,10 @@ class Lines(Quiet):
             self._told = now()
             rate = self._count / (self._told - self._start)
             left = _span((self._total - self._count) / rate)
-            print(f"{self._count}/{self._total}  {rate:.1f} images/s  {left} left{_lack(self._lacking)}", flush=True)
+            print(
+                f"{self._count}/{self._total}  {rate:.1f} {self._things}/s  {left} left{_lack(self._lacking)}",
+                flush=True,
+            )
 
     def end(self, line: str) -> None:
         print(line, flush=True)
@@ -81,12 +84,12 @@ class Terminal(Quiet):
     """A bar with rate and time left."""
 
     @contextmanager
-    def of(self, total: int) -> Iterator[None]:
+    def of(self, total: int, things: str = "images") -> Iterator[None]:
         self._lacking = 0
         self._start = now()
         # A stderr that leads elsewhere is not drawn above the bar: it must reach where it leads.
         self._bar = Bar(
-            TextColumn("images"),
+            TextColumn(things),
             BarColumn(),
             MofNCompleteColumn(),
             TextColumn("{task.fields[rate]}"),

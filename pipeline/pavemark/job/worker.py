@@ -102,11 +102,7 @@ class Images:
     def __init__(self, setup: dict[str, Any], make_renderer: Callable[[], Renderer]) -> None:
         self._job = structure(Job, setup["job"], "job")
         self._folder = Folder.of(Path(setup["out"]), self._job)
-        try:
-            self._renderer = make_renderer()
-        except ImportError as error:
-            how = "pip install 'pavemark[blender]', or use blender -b -P render.py -- JOB.toml …"
-            raise InputError("Blender", f"{_one_line(error)}: {how}") from None
+        self._renderer = started(make_renderer)
         self.versions = versions() | {"renderer": self._renderer.version}
 
     def make(self, task: dict[str, Any]) -> dict[str, Any]:
@@ -160,17 +156,33 @@ def _one_line(error: BaseException) -> str:
     return " ".join(f"{type(error).__name__}: {error}".split())
 
 
+def started(make_renderer: Callable[[], Renderer]) -> Renderer:
+    """A renderer.
+
+    Raises
+    ------
+    InputError
+        When what it needs is not installed.
+    """
+    try:
+        return make_renderer()
+    except ImportError as error:
+        how = "pip install 'pavemark[blender]', or use blender -b -P render.py -- JOB.toml …"
+        raise InputError("Blender", f"{_one_line(error)}: {how}") from None
+
+
 def installed_renderer() -> Renderer:
     """The renderer that an installed package registers as `pavemark.renderers`.
 
     Raises
     ------
     InputError
-        When there is none.
+        When there is none, or what it needs is not installed.
     """
-    for point in importlib.metadata.entry_points(group="pavemark.renderers"):
-        return point.load()(threads=1)
-    raise InputError("pavemark.renderers", "no renderer is installed: use blender -b -P render.py -- JOB.toml …")
+    found = list(importlib.metadata.entry_points(group="pavemark.renderers"))
+    if not found:
+        raise InputError("pavemark.renderers", "no renderer is installed: use blender -b -P render.py -- JOB.toml …")
+    return started(lambda: found[0].load()(threads=1))
 
 
 if __name__ == "__main__":
