@@ -10,7 +10,7 @@ import shapely
 from pavemark.geometry.coverage import coverage
 from pavemark.geometry.outline import outline
 from pavemark.ground import Frame
-from pavemark.plan import plan
+from pavemark.plan import Sampling, plan
 from pavemark.scene import Curvature, Marking, Scene, Stroke
 from scenes import WHITE, plate, row
 
@@ -26,8 +26,8 @@ def lines(count: int, curvature: Curvature | None, frame: Frame | None = None) -
     return attrs.evolve(scene, markings=(Marking("slot", WHITE, tuple(strokes)),))
 
 
-def alpha(renderer, scene: Scene, samples: int = 1) -> np.ndarray:
-    planned = attrs.evolve(plan(scene), samples=samples)
+def alpha(renderer, scene: Scene, samples: int = 1, **sampling) -> np.ndarray:
+    planned = attrs.evolve(plan(scene), samples=samples, sampling=Sampling(**sampling))
     return renderer.render(scene, plate(scene.plate.frame), planned).decals[..., 3]
 
 
@@ -41,6 +41,46 @@ def test_one_sample_meets_many_hard_edged_ones(renderer):
     # 1,024 samples are themselves off by up to 255·0.5/√1024 = 4 levels on single pixels, about 0.5 RMSE.
     assert np.sqrt((error[edge] ** 2).mean()) < 1.0
     assert np.abs(error[~edge]).max() < 1.0
+
+
+def test_a_hard_edged_ray_meets_paint_or_does_not(renderer):
+    scene = lines(6, None, Frame(100, 100, 10))
+    share = coverage(outline(scene.markings[0], None), scene.plate.frame)
+    hard = alpha(renderer, scene, hard=True)
+    assert set(np.unique(hard)) == {0.0, 1.0}
+    assert (hard[share == 1] == 1).all() and (hard[share == 0] == 0).all()
+    assert not np.isin(alpha(renderer, scene), (0.0, 1.0)).all()
+
+
+def test_what_a_plan_says_of_rays_reaches_blender(renderer):
+    scene = lines(6, None, Frame(100, 100, 10))
+    share = coverage(outline(scene.markings[0], None), scene.plate.frame)
+    edge = (share > 0) & (share < 1)
+    made = {
+        "box": alpha(renderer, scene, 16),
+        "again": alpha(renderer, scene, 16),
+        "seed": alpha(renderer, scene, 16, seed=1),
+        "wide": alpha(renderer, scene, 16, filter="gaussian", width=3.0),
+        "adaptive": alpha(renderer, scene, 64, threshold=0.5),
+        "many": alpha(renderer, scene, 64),
+    }
+    assert np.array_equal(made["box"], made["again"])
+    assert not np.array_equal(made["box"], made["seed"])
+    error = {name: np.sqrt(((one - share)[edge] ** 2).mean()) for name, one in made.items()}
+    assert error["seed"] < 1.5 * error["box"]
+    assert error["wide"] > 2 * error["box"]
+    assert error["adaptive"] > 1.2 * error["many"]
+
+
+def test_denoising_softens_what_was_sharp(renderer):
+    scene = lines(6, None, Frame(100, 100, 10))
+    sharp, soft = (
+        renderer.render(
+            scene, plate(scene.plate.frame), attrs.evolve(plan(scene), samples=4, sampling=Sampling(denoise=denoise))
+        ).decals[..., :3]
+        for denoise in (False, True)
+    )
+    assert not np.allclose(sharp, soft, atol=0.02)
 
 
 @pytest.mark.slow

@@ -15,7 +15,10 @@ import numpy as np
 from pavemark.accuracy.race import Run
 
 SAME = 1.05
-"""Times that differ by no more than this factor are the same: medians of one and the same thing do."""
+"""Times, and errors, that differ by no more than this factor are the same: medians of one and the same thing do."""
+
+NOTHING = 1e-9
+"""Errors below it, in levels or in pixels, are the same: they are rounding, and their order is chance."""
 
 
 @attrs.frozen(kw_only=True)
@@ -81,9 +84,10 @@ def problems(made: Sequence[Point]) -> list[str]:
 
 
 def front(errors: Sequence[float], seconds: Sequence[float]) -> list[bool]:
-    """Which of some points nothing dominates: nothing is better in one and as good in the other.
+    """Which of some points nothing dominates: nothing is better in one and no worse in the other.
 
-    Times within SAME count as equal, so that of two that take as long only the more exact one stays.
+    Better is more than SAME, so that of two that take as long only the more exact one stays, and errors below NOTHING
+    count as that.
 
     Examples
     --------
@@ -92,11 +96,15 @@ def front(errors: Sequence[float], seconds: Sequence[float]) -> list[bool]:
     >>> front([4.0, 3.0], [1.0, 1.01])
     [False, True]
     """
-    pairs = list(zip(errors, seconds, strict=True))
+    pairs = list(zip(map(_seen, errors), seconds, strict=True))
     return [
-        not any(e <= error and s <= SAME * second and (e < error or s < second) for e, s in pairs)
+        not any(e <= SAME * error and s <= SAME * second and (SAME * e < error or SAME * s < second) for e, s in pairs)
         for error, second in pairs
     ]
+
+
+def _seen(error: float) -> float:
+    return max(error, NOTHING)
 
 
 def power(of: Sequence[float], by: Sequence[float]) -> float:
@@ -113,7 +121,7 @@ def power(of: Sequence[float], by: Sequence[float]) -> float:
 
 
 def halving(of: Sequence[Point]) -> float | None:
-    """How many times the time it costs to halve the error, fitted; None where the error is not halved, or is 0.
+    """How many times the time it costs to halve the error, fitted; None where the error is not halved.
 
     Examples
     --------
@@ -121,8 +129,8 @@ def halving(of: Sequence[Point]) -> float | None:
     >>> halving([Point(error=8.0, seconds=1.0, **times), Point(error=2.0, seconds=16.0, **times)])
     4.0
     """
-    errors = [point.error for point in of]
-    if max(errors) < 2 * min(errors) or min(errors) <= 0:
+    errors = [_seen(point.error) for point in of]
+    if max(errors) < 2 * min(errors):
         return None
     return round(2 ** -power([point.seconds for point in of], errors), 12)
 
