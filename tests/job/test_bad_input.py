@@ -1,5 +1,6 @@
 """Bad input through the command line: one line on stderr that names file, field, value and what is allowed."""
 
+import importlib
 import json
 import os
 import re
@@ -14,7 +15,9 @@ import pytest
 
 from commandline import PROGRAM, pavemark
 from pavemark import cli
+from pavemark.errors import InputError
 from pavemark.job.explain import explain
+from pavemark.job.worker import started
 
 
 def refused(capfd, *words):
@@ -337,3 +340,8 @@ def test_without_a_renderer_it_says_so(inputs, tmp_path, capfd, monkeypatch):
     with pytest.raises(SystemExit):
         cli.main(["render", "--images", str(inputs / "images"), "--out", str(tmp_path / "out")], ["false"])
     assert capfd.readouterr().err == "error: false: no worker starts: ended with exit code 1\n"
+
+
+def test_a_renderer_that_lacks_its_libraries_is_told_in_a_line():
+    with pytest.raises(InputError, match=r"^Blender: ModuleNotFoundError: No module named 'no_bpy': pip install 'pave"):
+        started(lambda: importlib.import_module("no_bpy"))

@@ -90,7 +90,9 @@ def figure(name: str, made: Sequence[Point], axis: Axis, across: int) -> str:
     str
         SVG without a date; the same points give the same bytes.
     """
-    with mpl.rc_context({**STYLE, "svg.hashsalt": name}):
+    with mpl.rc_context():
+        mpl.rcdefaults()  # what a user has set for figures of their own is not for ours
+        mpl.rcParams.update(STYLE | {"svg.hashsalt": name})
         drawn = _drawn(made, axis, across)
         text = io.StringIO()
         undated = dict.fromkeys(("Date", "Creator", "Format", "Type"))
