@@ -125,6 +125,8 @@ def test_sentences_come_from_the_data():
         "What ships, rays 4 (8 px in 200 ms), is dominated by exact.",
         "Never worth the time here: rays.",
     ]
+    chance = [point("exact", "", 0.1, 0.2, pareto=True), point("rays", "4", 8.0, 0.199, ships=True)]
+    assert sentences(chance, "px")[1] == "What ships, rays 4 (8 px in 199 ms), is dominated by exact."
     near = [point("a", "", 1.0, 1.0, pareto=True), point("b", "", 0.75, 2.0, pareto=True)]
     assert sentences(near, "px")[0].endswith("the error falls by 25% only: nothing halves it.")
 

@@ -96,11 +96,15 @@ def front(errors: Sequence[float], seconds: Sequence[float]) -> list[bool]:
     >>> front([4.0, 3.0], [1.0, 1.01])
     [False, True]
     """
-    pairs = list(zip(map(_seen, errors), seconds, strict=True))
-    return [
-        not any(e <= SAME * error and s <= SAME * second and (SAME * e < error or SAME * s < second) for e, s in pairs)
-        for error, second in pairs
-    ]
+    pairs = list(zip(errors, seconds, strict=True))
+    return [not any(_beats(other, one) for other in pairs) for one in pairs]
+
+
+def _beats(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    """Whether an error and a time are better in one and no worse in the other."""
+    (error, seconds), (its_error, its_seconds) = ((_seen(error), seconds) for error, seconds in (one, other))
+    no_worse = error <= SAME * its_error and seconds <= SAME * its_seconds
+    return no_worse and (SAME * error < its_error or SAME * seconds < its_seconds)
 
 
 def _seen(error: float) -> float:
@@ -161,7 +165,7 @@ def sentences(of: Sequence[Point], unit: str) -> list[str]:
         ]
     for point in of:
         if point.ships and not point.pareto:
-            better = [p for p in best if p.error <= point.error and p.seconds <= point.seconds]
+            better = [p for p in (*best, *of) if _beats((p.error, p.seconds), (point.error, point.seconds))]
             said.append(f"What ships, {point} ({told(point, unit)}), is dominated by {better[0]}.")
         elif point.ships and quick is not exact:
             said.append(f"What ships is {point} ({told(point, unit)}).")
