@@ -85,7 +85,7 @@ def test_more_rays_are_more_exact_by_their_root_and_coverage_beats_them_all(made
 def test_the_report_says_what_was_measured_and_what_was_not(made):
     assert "darts 1" in made.told
     assert "Start-up, apart:" in made.told
-    assert "Fitted exponents of the error, fresh paint: hard-edged rays-0." in made.told
+    assert "Exponents of the error by rays and by time, fitted, fresh paint: hard-edged -0." in made.told
     assert "EEVEE: not run: it is left out when there is little time." in made.told
     assert "no scene simulates light yet" in made.told
     assert f"**{WORN[0].upper()}{WORN[1:]}.**" in made.told

@@ -15,7 +15,7 @@ from pavemark.accuracy.figure import Axis
 from pavemark.accuracy.race import Contender, Run, race
 from pavemark.accuracy.report import Report
 from pavemark.accuracy.watcher import Watcher
-from pavemark.accuracy.work_precision import Point, points
+from pavemark.accuracy.work_precision import Point, points, short
 from pavemark.accuracy.write_up import Wording, written
 from pavemark.colour import quantise, to_linear
 from pavemark.compose import blend, poisson
@@ -214,7 +214,7 @@ def report(quick: bool, watcher: Watcher) -> Report:
             columns={
                 "residual": lambda point: f"{point.residual:.1e}",
                 "pixels changed outside": lambda point: f"{point.outside}",
-                "by at most, levels": lambda point: f"{point.outside_worst:.2g}",
+                "by at most, levels": lambda point: short(point.outside_worst),
             },
             remarks=tuple(_remarks(made)),
             failed=failed,
@@ -237,7 +237,7 @@ def _remarks(made: Sequence[BlendPoint]) -> Iterator[str]:
         if point.outside:
             yield (
                 f"{point.family}, {point.problem}: {point.outside} pixels outside the domain changed, "
-                f"by up to {point.outside_worst:.2g} levels."
+                f"by up to {short(point.outside_worst)} levels."
             )
     yield (
         "The sine transform solves on the bounding rectangle and is exact only where the domain is one; elsewhere the "

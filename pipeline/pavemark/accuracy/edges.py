@@ -11,6 +11,7 @@ import numpy as np
 import shapely
 
 from pavemark.accuracy import marked, measures
+from pavemark.accuracy.clock import spent
 from pavemark.colour import LINEAR, quantise, to_display, to_linear
 from pavemark.geometry.outline import outline
 from pavemark.ground import Frame
@@ -38,11 +39,18 @@ def scene(problem: str, frame: Frame) -> Scene:
     return marked.scattered(frame, PAINTS[problem])
 
 
-def work(make: Callable[[], Renderer], problem: str, frame: Frame, setting: Setting) -> np.ndarray | str:
-    """Render: for a process of its own. Without a problem it starts the renderer only, and returns its version."""
+def work(make: Callable[[], Renderer], problem: str, frame: Frame, setting: Setting) -> np.ndarray | tuple[str, float]:
+    """Render: for a process of its own.
+
+    Returns
+    -------
+    ndarray (H, W, 4) float32, or (str, float)
+        The decals. Without a problem the renderer is started only: its version, and the processor time in seconds
+        that the process has used since it began.
+    """
     renderer = _renderer(make)
     if not problem:
-        return renderer.version
+        return renderer.version, spent()
     shown = scene(problem, frame)
     planned = attrs.evolve(plan(shown), samples=setting.samples, sampling=setting.sampling)
     return renderer.render(shown, marked.asphalt(frame), planned).decals

@@ -124,7 +124,7 @@ def _drawn(made: Sequence[Point], axis: Axis, across: int) -> Figure:
         drawing.legend(handles=_legend(made, style, axis), loc="outside lower center", ncols=4, frameon=False)
     drawing.draw_without_rendering()  # lays the panels out, so that labels know where their points are
     for axes, of in zip(panels, by_problem, strict=False):
-        _label(axes, of, style)
+        _label(axes, of, style, axis)
     return drawing
 
 
@@ -187,11 +187,16 @@ def _locator(limits: tuple[float, float]) -> LogLocator:
     return LogLocator(10, subs=(1, 2, 5) if _narrow(limits) else (1,), numticks=12)
 
 
-def _label(axes: Axes, of: Sequence[Point], style: Styles) -> None:
+def _label(axes: Axes, of: Sequence[Point], style: Styles, axis: Axis) -> None:
     """Settings beside their points, as many as find room: what ships and what is worth its time first."""
     scale = axes.figure.dpi / 72
-    place = {id(point): axes.transData.transform((point.seconds, _seen(point.error))) / scale for point in of}
-    taken = [_box(*at, 5, 5) for at in place.values()]
+
+    def placed(point: Point, error: float) -> np.ndarray:
+        return axes.transData.transform((point.seconds, _seen(error))) / scale
+
+    place = {id(point): placed(point, point.error) for point in of}
+    crosses = [placed(point, axis.second[1](point)) for point in of] if axis.second else []
+    taken = [_box(*at, 5, 5) for at in (*place.values(), *crosses)]
     for point in sorted(of, key=lambda point: (not point.ships, not point.pareto)):
         size = 0.62 * LABEL * len(point.setting), LABEL
         for right, up in ((1, 1), (1, -1), (-1, 1), (-1, -1), (0, 1.4), (0, -1.4)) if point.setting else ():

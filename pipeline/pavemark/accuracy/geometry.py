@@ -16,7 +16,7 @@ from pavemark.accuracy.race import Contender, Run, race
 from pavemark.accuracy.report import Report
 from pavemark.accuracy.shapes import Errors, Ways
 from pavemark.accuracy.watcher import Watcher
-from pavemark.accuracy.work_precision import Point, points
+from pavemark.accuracy.work_precision import Point, points, short
 from pavemark.accuracy.write_up import Wording, written
 from pavemark.geometry.outline import STEP
 
@@ -116,7 +116,7 @@ def report(quick: bool, watcher: Watcher) -> Report:
             unit="px",
             axis=Axis("Hausdorff distance, pixels", ("worst marking point", lambda point: point.marking_point)),
             intro=INTRO,
-            columns={"worst marking point, pixels": lambda point: f"{point.marking_point:.2g}"},
+            columns={"worst marking point, pixels": lambda point: short(point.marking_point)},
             failed=failed,
         ),
     )

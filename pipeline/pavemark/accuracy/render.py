@@ -14,7 +14,7 @@ from pavemark.accuracy.figure import Axis
 from pavemark.accuracy.race import Contender, Run, race
 from pavemark.accuracy.report import Report
 from pavemark.accuracy.watcher import Watcher
-from pavemark.accuracy.work_precision import Point, families, points, power
+from pavemark.accuracy.work_precision import Point, duration, families, points, power
 from pavemark.accuracy.write_up import Wording, written
 from pavemark.errors import InputError
 from pavemark.ground import Frame
@@ -75,7 +75,7 @@ def settings(quick: bool) -> dict[tuple[str, str], Setting]:
             for noise in ((0.1, 0.01) if quick else (0.3, 0.1, 0.03, 0.01))
         },
         **{("denoised", str(n)): Setting(n, Sampling(denoise=True)) for n in ((16,) if quick else few)},
-        **({} if quick else {(EEVEE, str(n)): Setting(n, Sampling(engine="eevee", hard=True)) for n in few}),
+        **({} if quick else {(EEVEE, str(n)): Setting(n, Sampling(engine="eevee", hard=True)) for n in (1, 16)}),
     }
 
 
@@ -126,9 +126,11 @@ def report(make: Callable[[], Renderer], quick: bool, watcher: Watcher) -> Repor
         return {"samples": samples, **errors(picture(run.value), truth, edge)}
 
     made = points(runs, RenderPoint, judge)
+    version, loaded = start.value
     startup = (
-        f"Start-up, apart: {start.seconds:.2f} s to load Blender, {first.seconds:.2f} s for the first picture, "
-        f"{median(point.seconds for point in made if point.ships):.3f} s for each one more."
+        f"Start-up, apart: {loaded:.2g} s from the start of a process to a renderer that is loaded, "
+        f"{duration(first.seconds)} for its first picture, {duration(median(p.seconds for p in made if p.ships))} for "
+        "each one more."
     )
     return written(
         "render",
@@ -137,7 +139,7 @@ def report(make: Callable[[], Renderer], quick: bool, watcher: Watcher) -> Repor
         Wording(
             unit="levels",
             axis=Axis("RMSE on edge pixels, 8-bit levels"),
-            intro=_intro(frame, int(edge.sum()), most.samples, str(start.value)),
+            intro=_intro(frame, int(edge.sum()), most.samples, version),
             columns={
                 "SSIM": lambda point: f"{point.ssim:.4f}",
                 "FLIP": lambda point: "–" if np.isnan(point.flip) else f"{point.flip:.4f}",
@@ -182,5 +184,5 @@ def _slopes(made: Sequence[RenderPoint]) -> Iterator[str]:
                 error = [point.error for point in of]
                 by_rays = power(error, [point.samples for point in of])
                 by_time = power(error, [point.seconds for point in of])
-                said.append(f"{family} rays{by_rays:+.2f}, time{by_time:+.2f}")
-        yield f"Fitted exponents of the error, {problem}: {'; '.join(said)}."
+                said.append(f"{family} {by_rays:.2f} and {by_time:.2f}")
+        yield f"Exponents of the error by rays and by time, fitted, {problem}: {'; '.join(said)}."

@@ -182,7 +182,7 @@ def families(of: Sequence[Point]) -> list[str]:
 
 def told(point: Point, unit: str) -> str:
     """A point's error and time."""
-    return f"{point.error:.2g} {unit} in {duration(point.seconds)}"
+    return f"{short(point.error)} {unit} in {duration(point.seconds)}"
 
 
 def duration(seconds: float) -> str:
@@ -195,9 +195,16 @@ def duration(seconds: float) -> str:
     """
     for unit, size in (("s", 1.0), ("ms", 1e-3)):
         if seconds >= size:
-            return f"{_plain(seconds / size)} {unit}"
-    return f"{_plain(seconds / 1e-6)} µs"
+            return f"{short(seconds / size)} {unit}"
+    return f"{short(seconds / 1e-6)} µs"
 
 
-def _plain(number: float) -> str:
-    return f"{number:.0f}" if number >= 100 else f"{number:.2g}"
+def short(number: float) -> str:
+    """A number to read: two digits, or all before the point.
+
+    Examples
+    --------
+    >>> [short(number) for number in (0.00034, 9.96, 99.7, 123.4, 2.34e-13)]
+    ['0.00034', '10', '100', '123', '2.3e-13']
+    """
+    return f"{number:.0f}" if number >= 99.5 else f"{number:.2g}"

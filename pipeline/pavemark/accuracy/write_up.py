@@ -11,7 +11,7 @@ from pavemark.accuracy.machine import machine
 from pavemark.accuracy.race import Failure
 from pavemark.accuracy.report import Report
 from pavemark.accuracy.table import as_csv, markdown
-from pavemark.accuracy.work_precision import Point, duration, families, halving, problems, sentences
+from pavemark.accuracy.work_precision import Point, duration, families, halving, problems, sentences, short
 
 SEVERAL = 3
 """Settings of a way without which no slope is fitted to it."""
@@ -104,7 +104,7 @@ def _table(of: Sequence[Point], wording: Wording) -> str:
         (
             point.family,
             point.setting,
-            f"{point.error:.2g}",
+            short(point.error),
             f"{duration(point.seconds)} ({duration(point.lower)} to {duration(point.upper)})",
             *(column(point) for column in wording.columns.values()),
             ", ".join(["ships"] * point.ships + ["Pareto"] * point.pareto),
