@@ -128,7 +128,7 @@ def test_a_report_of_a_stage_that_needs_no_images(tmp_path, alone, monkeypatch):
         "report.html",
     }
     shown = (tmp_path / "out/report.html").read_text()
-    assert "<svg" in shown and "DLT, normalised" in shown
+    assert "<svg" in shown and "normalised DLT" in shown
     assert len(rows(tmp_path / "out/geometry.csv")) > 40
 
 

@@ -91,12 +91,12 @@ METHODS = {
 """Of `cv2.findHomography`, by name."""
 
 
-NORMALISED = "DLT, normalised"
+NORMALISED = "normalised DLT"
 
 
 def estimating(pairs: Pairs) -> Mapping[tuple[str, str], Callable[[], list[np.ndarray]]]:
     """Ways to estimate the homographies (3, 3), world to image, of all draws."""
-    estimators = {NORMALISED: homography, "DLT, plain": plain}
+    estimators = {NORMALISED: homography, "plain DLT": plain}
     estimators |= {name: partial(opencv, method=method) for name, method in METHODS.items()}
     return {(name, ""): partial(_all, estimator, drawn(pairs)) for name, estimator in estimators.items()}
 

@@ -162,8 +162,8 @@ def _without_gpu(once: Callable[[], object], quick: bool) -> list[str]:
 
 
 DRIVEN = (
-    f"{EEVEE} draws through a graphics driver: its processor time is that of all threads where a program plays the card, "
-    "and leaves out what a card does."
+    f"{EEVEE} draws through a graphics driver: its processor time is that of all threads where a program plays the "
+    "card, and leaves out what a card does."
 )
 UNLIT = "Lit against unlit is not measured: no scene simulates light yet."
 

@@ -36,7 +36,7 @@ FINEST = STEP / 32
 TOLERANCES = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 8.0)
 """Pixels by which Douglas and Peucker may move an outline."""
 
-OURS = "GEOS, 1 % of the length"
+OURS = "GEOS at 1 % of the length"
 
 DENSE = 0.02
 """Share of a side after which Hausdorff's distance is looked for again."""
@@ -133,7 +133,7 @@ def placing(distance: float) -> Ways:
     return {
         ("float64", ""): partial(mapped, np.float64),
         ("float32", ""): partial(mapped, np.float32),
-        ("float32, from the frame's centre", ""): local,
+        ("float32 from the frame's centre", ""): local,
     }
 
 
