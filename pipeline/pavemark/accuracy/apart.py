@@ -154,12 +154,21 @@ def _timed(function: Callable[..., Any], arguments: tuple[Any, ...], least: floa
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Entered to start a process that Ctrl-C does not reach: it is for this one, which ends the other."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    """Entered to start a process that Ctrl-C does not reach: it is for this one, which ends the other.
+
+    A process that is stopped half-way through its start would tell of it in a traceback.
+    """
+    came = []
+    handler = signal.signal(signal.SIGINT, lambda *_: came.append(True))
+    # The new process inherits what is blocked, but no handler; other threads of this one still hear the signal.
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+        signal.signal(signal.SIGINT, handler)
+    if came:
+        raise KeyboardInterrupt
 
 
 @contextmanager
