@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import socket
+import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -51,6 +52,22 @@ def write_parts(path: Path, parts: Iterable[bytes]) -> None:
             raise
     except OSError as error:
         raise InputError(path, f"cannot be written: {error.strerror}") from None
+
+
+def writable(folder: Path) -> None:
+    """Hold that files can be written into a folder, which need not be there yet: asked before long work.
+
+    Raises
+    ------
+    InputError
+        When they cannot.
+    """
+    there = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
+    try:
+        # Only to try tells: permissions are not all that can be in the way.
+        tempfile.TemporaryDirectory(dir=there).cleanup()
+    except OSError as error:
+        raise InputError(folder, f"cannot be written: {there}: {error.strerror}") from None
 
 
 def aside(path: Path) -> Path:

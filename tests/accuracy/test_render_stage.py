@@ -54,7 +54,7 @@ class Watcher:
         self.lines = []
 
     @contextmanager
-    def of(self, total, things="images"):
+    def of(self, total):
         yield
 
     def step(self, lacking):

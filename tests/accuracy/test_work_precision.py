@@ -23,7 +23,7 @@ class Watcher:
         self.total, self.steps = 0, 0
 
     @contextmanager
-    def of(self, total, things="images"):
+    def of(self, total):
         self.total = total
         yield
 

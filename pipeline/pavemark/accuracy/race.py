@@ -88,7 +88,7 @@ def race(
         When one fails that ran the first time.
     """
     values, failed = {}, []
-    with watcher.of(len(contenders) * (rounds + 1), "runs"):
+    with watcher.of(len(contenders) * (rounds + 1)):
         for contender in contenders:
             try:
                 values[contender] = ask(contender).value

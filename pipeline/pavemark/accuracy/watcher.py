@@ -9,8 +9,8 @@ from typing import Protocol
 class Watcher(Protocol):
     """`pavemark.job.progress.Progress` is one."""
 
-    def of(self, total: int, things: str = "images") -> AbstractContextManager:
-        """Entered while so many images, or other things, are worked on."""
+    def of(self, total: int) -> AbstractContextManager:
+        """Entered while so many are worked on."""
         ...
 
     def step(self, lacking: bool) -> None:

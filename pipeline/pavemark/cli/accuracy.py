@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from pavemark.background.inpainting import choices, inpainter
 from pavemark.cli.words import Folder
 from pavemark.errors import InputError
 from pavemark.job.config import Inputs, merge, read_inputs, setting
+from pavemark.job.folder import spare
 from pavemark.job.progress import Progress, shown
 from pavemark.job.worker import installed_renderer
 
@@ -67,24 +67,30 @@ def accuracy(
     (REPORT/render.svg …) and tables (render.csv, render.md …). Stages inpaint and residue judge what fills the ground
     where markings were, on images of yours. REPORT/report.html has all of it on one page.
     """
-    _writable(out)
+    if cleaned and stage not in ("residue", ALL):
+        raise InputError("--cleaned", f"says nothing to --stage {stage}: --stage residue is allowed with it")
+    twice = [name for name, _ in cleaned if [other for other, _ in cleaned].count(name) > 1]
+    if twice:
+        raise InputError("--cleaned", f"{twice[0]} is given twice: another name is allowed")
     told: dict = {}
     for text in settings:
         told = merge(told, setting(text))
     inputs = read_inputs(told | {name: value for name, value in options.items() if value is not None})
-    watcher = _Counting(shown(quiet))
+    spare(out, (), (inputs.images, inputs.masks, *(folder for _, folder in cleaned)), "")
+    files.writable(out)
+    runs, pictures = _Counting(shown(quiet, "runs")), _Counting(shown(quiet))
     if stage in OF_IMAGES and not inputs.images:
         raise InputError(f"--stage {stage}", NO_IMAGES)
-    sample = _sample(inputs, watcher) if inputs.images else None
-    judges = _judges(sample, _methods(methods) if sample else (), dict(cleaned), quick, watcher)
+    sample = _sample(inputs, pictures) if inputs.images else None
+    judges = _judges(sample, _methods(methods) if sample else (), dict(cleaned), quick, runs, pictures)
     made, left_out = {}, ()
     if stage != ALL:
         made[stage] = judges[stage]()
     else:
-        made, left_out = _all(judges, watcher)
+        made, left_out = _all(judges, runs)
     _write(out, made, left_out)
-    watcher.end(_summary(out, made, left_out))
-    return INCOMPLETE if watcher.lines else 0
+    runs.end(_summary(out, made, left_out))
+    return INCOMPLETE if runs.lines or pictures.lines else 0
 
 
 def _methods(given: str | None) -> tuple[str, ...]:
@@ -116,20 +122,25 @@ def _sample(inputs: Inputs, watcher: _Counting) -> Sample:
 
 
 def _judges(
-    sample: Sample | None, methods: tuple[str, ...], cleaned: dict[str, Path], quick: bool, watcher: _Counting
+    sample: Sample | None,
+    methods: tuple[str, ...],
+    cleaned: dict[str, Path],
+    quick: bool,
+    runs: _Counting,
+    pictures: _Counting,
 ) -> dict[str, Callable[[], Report]]:
     """What judges each stage for which there is what it needs."""
     # matplotlib and the libraries of rivals take a second to load, and the other commands have no use for them.
     from pavemark.accuracy import blend, geometry, inpaint, render, traces  # noqa: PLC0415
 
     own = {
-        "render": lambda: render.report(installed_renderer, quick, watcher),
-        "blend": lambda: blend.report(quick, watcher),
-        "geometry": lambda: geometry.report(quick, watcher),
+        "render": lambda: render.report(installed_renderer, quick, runs),
+        "blend": lambda: blend.report(quick, runs),
+        "geometry": lambda: geometry.report(quick, runs),
     }
     of_images = {
-        "inpaint": lambda: inpaint.report(sample, methods, quick, watcher),
-        "residue": lambda: traces.report(sample, methods, cleaned, quick, watcher),
+        "inpaint": lambda: inpaint.report(sample, methods, quick, pictures),
+        "residue": lambda: traces.report(sample, methods, cleaned, quick, pictures),
     }
     return own | of_images if sample else own
 
@@ -145,18 +156,6 @@ def _all(judges: dict[str, Callable[[], Report]], watcher: _Counting) -> tuple[d
             watcher.tell(left_out[-1])
     left_out += [f"{stage}: not run: {NO_IMAGES}" for stage in OF_IMAGES if stage not in judges]
     return made, tuple(left_out)
-
-
-def _writable(out: Path) -> None:
-    """Refuse, before minutes are spent, a folder that could not be written in the end."""
-    if out.exists() and not out.is_dir():
-        raise InputError(out, "is there and no folder: a folder, or a name that is not taken, is allowed")
-    there = next(path for path in (out.absolute(), *out.absolute().parents) if path.exists())
-    try:
-        # Only to try tells: permissions are not all that can be in the way.
-        tempfile.TemporaryDirectory(dir=there).cleanup()
-    except OSError as error:
-        raise InputError(there, f"cannot be written in: {error.strerror}") from None
 
 
 def _write(out: Path, made: dict[str, Report], left_out: tuple[str, ...]) -> None:

@@ -21,8 +21,8 @@ EVERY = 5.0
 class Progress(Protocol):
     """Told of every image; what must be reported goes to stderr, the rest to stdout."""
 
-    def of(self, total: int, things: str = "images") -> contextmanager:
-        """Entered while `total` images, or other things, are made."""
+    def of(self, total: int) -> contextmanager:
+        """Entered while `total` images are made."""
         ...
 
     def step(self, lacking: bool) -> None:
@@ -42,7 +42,7 @@ class Quiet:
     """Says nothing but what went wrong."""
 
     @contextmanager
-    def of(self, total: int, things: str = "images") -> Iterator[None]:
+    def of(self, total: int) -> Iterator[None]:
         yield
 
     def step(self, lacking: bool) -> None:
@@ -58,9 +58,12 @@ class Quiet:
 class Lines(Quiet):
     """A line every few seconds."""
 
+    def __init__(self, what: str) -> None:
+        self._what = what
+
     @contextmanager
-    def of(self, total: int, things: str = "images") -> Iterator[None]:
-        self._total, self._things, self._count, self._lacking = total, things, 0, 0
+    def of(self, total: int) -> Iterator[None]:
+        self._total, self._count, self._lacking = total, 0, 0
         self._start = self._told = now()
         yield
 
@@ -72,8 +75,7 @@ class Lines(Quiet):
             rate = self._count / (self._told - self._start)
             left = _span((self._total - self._count) / rate)
             print(
-                f"{self._count}/{self._total}  {rate:.1f} {self._things}/s  {left} left{_lack(self._lacking)}",
-                flush=True,
+                f"{self._count}/{self._total}  {rate:.1f} {self._what}/s  {left} left{_lack(self._lacking)}", flush=True
             )
 
     def end(self, line: str) -> None:
@@ -83,13 +85,16 @@ class Lines(Quiet):
 class Terminal(Quiet):
     """A bar with rate and time left."""
 
+    def __init__(self, what: str) -> None:
+        self._what = what
+
     @contextmanager
-    def of(self, total: int, things: str = "images") -> Iterator[None]:
+    def of(self, total: int) -> Iterator[None]:
         self._lacking = 0
         self._start = now()
         # A stderr that leads elsewhere is not drawn above the bar: it must reach where it leads.
         self._bar = Bar(
-            TextColumn(things),
+            TextColumn(self._what),
             BarColumn(),
             MofNCompleteColumn(),
             TextColumn("{task.fields[rate]}"),
@@ -113,11 +118,11 @@ class Terminal(Quiet):
         print(line, flush=True)
 
 
-def shown(quiet: bool) -> Progress:
-    """The progress that suits where stdout leads."""
+def shown(quiet: bool, what: str = "images") -> Progress:
+    """The progress that suits where stdout leads; `what` is counted."""
     if quiet:
         return Quiet()
-    return Terminal() if sys.stdout.isatty() else Lines()
+    return Terminal(what) if sys.stdout.isatty() else Lines(what)
 
 
 def _lack(count: int) -> str:
