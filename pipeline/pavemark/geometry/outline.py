@@ -9,11 +9,14 @@ import numpy as np
 import shapely
 from shapely.geometry import LineString, MultiPolygon, Polygon
 
-from pavemark.geometry.elastic import displace
+from pavemark.geometry.elastic import displace, longest_chord
 from pavemark.scene import Area, Curvature, Marking, Path
 
 STEP = 0.05
-"""Metres between the points of a path that is to be bent: the chord's sagitta stays below 0.02 px at 60 px/m."""
+"""Most metres between the points of a path that is to be bent."""
+
+SAGITTA = 1 / 3000
+"""Most metres between such a path's chords and the path as it is bent: 0.02 px at 60 px/m."""
 
 MITRE_LIMIT = 5.0
 """Corners sharper than about 23° are cut off, as paint machines do."""
@@ -59,12 +62,13 @@ def bend(shapes: Sequence[shapely.Geometry], curvature: Curvature | None) -> np.
     Returns
     -------
     ndarray (N,) of the same kinds of geometry
-        With points every STEP, so that straight sides can bend; the shapes themselves without a curvature.
+        With points every STEP or closer, so that straight sides can bend; the shapes themselves without a curvature.
     """
     straight = np.array(shapes, dtype=object)
     if curvature is None:
         return straight
-    return shapely.transform(shapely.segmentize(straight, STEP), lambda points: displace(curvature, points))
+    step = min(STEP, longest_chord(curvature, SAGITTA))
+    return shapely.transform(shapely.segmentize(straight, step), lambda points: displace(curvature, points))
 
 
 def _polygon(area: Area) -> Polygon:
