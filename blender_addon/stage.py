@@ -101,7 +101,7 @@ class Stage:
         if plan.samples < _HARD_EDGED:
             mesh = decals.pixels(name, values[..., COVERAGE], frame, height)
         else:
-            mesh = decals.hard(name, shape, height)
+            mesh = decals.hard(name, shape, frame, height)
             values[..., COVERAGE] = 1.0
         image = sheets.load(name, values, frame)
         self._keep(image.image)
