@@ -42,8 +42,7 @@ def outline(marking: Marking, curvature: Curvature | None) -> MultiPolygon:
     lines = bend([LineString(_ring(path) if stroke.closed else path) for path, stroke in strokes], curvature)
     reach = np.array([stroke.width / 2 for _, stroke in strokes])
     bands = shapely.buffer(lines, reach, cap_style="flat", join_style="mitre", mitre_limit=MITRE_LIMIT)
-    areas = shapely.make_valid(bend([_polygon(area) for area in marking.areas], curvature))
-    return polygons(shapely.union_all([*bands, *areas]))
+    return polygons(shapely.union_all([*bands, *(_filled(area, curvature) for area in marking.areas)]))
 
 
 def polygons(shape: shapely.Geometry) -> MultiPolygon:
@@ -71,9 +70,12 @@ def bend(shapes: Sequence[shapely.Geometry], curvature: Curvature | None) -> np.
     return shapely.transform(shapely.segmentize(straight, step), lambda points: displace(curvature, points))
 
 
-def _polygon(area: Area) -> Polygon:
-    shell, *holes = (_distinct(ring, closed=True) for ring in (area.ring, *area.holes))
-    return Polygon(shell, [hole for hole in holes if len(hole) > 2]) if len(shell) > 2 else Polygon()
+def _filled(area: Area, curvature: Curvature | None) -> shapely.Geometry:
+    """The ring without its holes, each mended by itself: a hole may share a side with the ring, or cross it."""
+    rings = (_distinct(ring, closed=True) for ring in (area.ring, *area.holes))
+    bent = bend([Polygon(ring) if len(ring) > 2 else Polygon() for ring in rings], curvature)
+    shell, *holes = map(polygons, shapely.make_valid(bent))
+    return shapely.difference(shell, shapely.union_all(holes))
 
 
 def _ring(path: np.ndarray) -> np.ndarray:
