@@ -75,10 +75,12 @@ def bend(shapes: Sequence[shapely.Geometry], curvature: Curvature | None) -> np.
 
 def _band(line: LineString, reach: float) -> shapely.Geometry:
     """What lies within `reach` metres beside a line."""
-    band = shapely.buffer(line, reach, cap_style="flat", join_style="mitre", mitre_limit=MITRE_LIMIT)
+    # Where a line turns straight back, GEOS divides by zero on the way to a mitre that it then cuts off.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        band = shapely.buffer(line, reach, cap_style="flat", join_style="mitre", mitre_limit=MITRE_LIMIT)
     if line.is_simple:
         return band
-    # GEOS may lose a side of a line that runs back on itself, but none of a straight piece.
+    # It may also lose a side of a line that runs back on itself, but none of a straight piece.
     points = shapely.get_coordinates(line)
     pieces = shapely.linestrings(np.stack([points[:-1], points[1:]], axis=1))
     return shapely.union_all([band, *shapely.buffer(pieces, reach, cap_style="flat")])
