@@ -53,6 +53,19 @@ def write_parts(path: Path, parts: Iterable[bytes]) -> None:
         raise InputError(path, f"cannot be written: {error.strerror}") from None
 
 
+def writable(folder: Path) -> None:
+    """Hold that files can be written into a folder, which need not be there yet: asked before long work.
+
+    Raises
+    ------
+    InputError
+        When they cannot.
+    """
+    there = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
+    if not (there.is_dir() and os.access(there, os.W_OK | os.X_OK)):
+        raise InputError(folder, f"cannot be written: {there} {'is no folder' if there.is_file() else 'is read-only'}")
+
+
 def aside(path: Path) -> Path:
     """Where this process writes what is to become `path`, or to be read back once and removed."""
     # Host and process: shards on several machines, containers above all, share process ids and write into one folder.

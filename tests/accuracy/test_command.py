@@ -94,8 +94,32 @@ def test_a_report_that_could_not_be_written_is_not_begun(folders, accuracy):
     (folders / "out").write_text("a letter")
     done = accuracy("--methods", "navier-stokes")
     assert (done.code, done.out) == (2, "")
-    assert "is there and no folder" in done.err
+    assert "is a file: a folder is allowed" in done.err
     assert (folders / "out").read_text() == "a letter"
+
+
+def test_a_report_does_not_go_where_its_images_are(folders, accuracy):
+    before = sorted(folders.rglob("*"))
+    for folder in (folders / "images", folders / "masks"):
+        done = accuracy("--methods", "navier-stokes", "--out", folder)
+        assert (done.code, done.out) == (2, "") and "is the folder of the inputs" in done.err
+    assert sorted(folders.rglob("*")) == before
+
+
+def test_what_others_have_cleaned_is_not_left_out_in_silence(folders, accuracy):
+    empty = folders / "empty"
+    empty.mkdir()
+    cv2.imwrite(str(empty / "stranger.png"), np.zeros((9, 9, 3), np.uint8))
+    stages = ("--stage", "residue", "--methods", "navier-stokes")
+    for words, told in (
+        (("--cleaned", f"x={empty}"), "--cleaned: says nothing to --stage inpaint"),
+        ((*stages, "--cleaned", f"x={empty}", "--cleaned", f"x={folders}"), "--cleaned: x is given twice"),
+        ((*stages, "--cleaned", f"x={empty}"), f"{empty}: has no image that is called as one of those judged (x)"),
+        ((*stages, "--cleaned", f"x={folders / 'nowhere'}"), f"{folders / 'nowhere'}: "),
+    ):
+        done = accuracy(*words)
+        assert done.code == 2 and done.err.startswith(f"error: {told}"), done.err
+        assert not (folders / "out").exists()
 
 
 def test_one_bad_image_leaves_a_report_of_the_others_and_exit_code_1(folders, accuracy):

@@ -143,6 +143,32 @@ def test_a_graph_that_does_not_do_what_its_kind_does_is_refused(tmp_path, home, 
     assert not home.exists()
 
 
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "migan"])
+def test_a_graph_that_fills_nothing_is_refused(tmp_path, home, capfd, kind):
+    file = network(tmp_path / "net.onnx", **KINDS[kind] | {"fill": (0, 0, 0)})
+    assert refused(capfd, "models", "add", file) == (
+        f"{file}: leaves the hole black, as it was shown it: a network that fills it is allowed"
+    )
+    assert not home.exists()
+
+
+def test_a_licence_is_a_line_of_text(tmp_path, home, capfd):
+    file = network(tmp_path / "net.onnx", **KINDS["pavemark"])
+    assert refused(capfd, "models", "add", file, "--licence", "a\nb\x1b[31m") == (
+        "--licence: a\\nb\\x1b[31m: a line of printable text is allowed"
+    )
+    assert not home.exists()
+
+
+def test_a_damaged_record_does_not_hide_the_others(tmp_path, home, capfd):
+    for name in ("first", "second", "third"):
+        models.add(network(tmp_path / f"{name}.onnx", **KINDS["pavemark"]), None, None, ())
+    (home / "second.json").write_text("{")
+    code, out, err = pavemark(capfd, "models", "list")
+    assert code == 1 and "first.onnx" in out and "third.onnx" in out
+    assert err.startswith(f"{home}/second.json: not a JSON file") and "pavemark models remove second" in err
+
+
 def test_a_graph_without_numbers_is_refused(tmp_path, home, capfd):
     file = network(tmp_path / "net.onnx", fill=(0.5, np.nan, 0.5), **KINDS["pavemark"])
     assert "no finite numbers" in refused(capfd, "models", "add", file)

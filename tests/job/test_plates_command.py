@@ -347,13 +347,14 @@ def test_changed_inputs_are_made_anew_unless_their_plate_was_edited(inputs, tmp_
     assert code == 0 and "0 of them made now" in told
     cv2.imwrite(str(home / "masks" / "c.png"), given)
     code, told, wrong = said(*command(home, out))
-    assert code == 1 and "1 refused" in told
+    assert code == 1 and "3 of 3 plates" in told and "1 left as hands have mended them" in told
     assert wrong == (
-        f"refused: {home}/images/c.png: it or its mask has changed since its plate was made, "
-        f"which hands have mended: remove {out}/plates/c.png to have it made anew\n"
+        f"left as it is: {home}/images/c.png: it or its mask has changed since its plate was made, "
+        "which hands have mended: remove its files in plates, masks and ground to have it made anew\n"
     )
     assert (read(out / "plates" / "c.png") == edited).all() and "files" in rows(out)["c"]
-    (out / "plates" / "c.png").unlink()
+    for kind in ("plates", "masks", "ground"):
+        (out / kind / "c.png").unlink()
     assert said(*command(home, out))[0] == 0
     assert (read(out / "masks" / "c.png") == given).all()
 
@@ -390,10 +391,69 @@ def test_a_plate_is_filled_anew_as_its_mended_masks_say(inputs, stock, mended, s
     before = files(mended)
     assert "0 of them made now" in said(*command(inputs, mended))[1]
     assert files(mended) == before
+    mask = read(mended / "masks" / "a.png")
+    (mended / "plates" / "a.png").unlink()
+    code, told, wrong = said(*command(inputs, mended))
+    assert (code, wrong) == (0, "") and "1 of them made now" in told
+    assert (read(mended / "masks" / "a.png") == mask).all() and (read(mended / "plates" / "a.png") == a).all()
+    (mended / "ground" / "a.png").unlink()
+    code, told, wrong = said(*command(inputs, mended))
+    assert code == 1 and wrong.startswith(f"left as it is: {mended}/ground/a.png: is missing and belongs to a plate ")
+    assert (read(mended / "masks" / "a.png") == mask).all()
+    cv2.imwrite(str(mended / "ground" / "a.png"), np.ones_like(mask))
     mask[0, 0] = 3
     cv2.imwrite(str(mended / "masks" / "a.png"), mask)
     code, _, wrong = said(*command(inputs, mended))
     assert code == 1 and wrong == f"refused: {mended}/masks/a.png: mask value 3: allowed are 0, and 1 or 255\n"
+
+
+def test_a_mended_mask_outlives_its_plate(inputs, mended, said):
+    """Mended and never filled, then the plate taken out to have it filled: the automatic mask must not come back."""
+    mask = read(mended / "masks" / "a.png")
+    mask[20:22] = 1
+    cv2.imwrite(str(mended / "masks" / "a.png"), mask)
+    (mended / "plates" / "a.png").unlink()
+    code, told, wrong = said(*command(inputs, mended))
+    assert (code, wrong) == (0, "") and "1 of them made now" in told
+    assert (read(mended / "masks" / "a.png") == mask).all() and rows(mended)["a"]["mended"]
+    source = read(inputs / "images" / "a.png")
+    assert (read(mended / "plates" / "a.png")[20:22, :30] != source[20:22, :30]).any()
+
+
+def test_a_given_mask_that_changes_under_a_mended_one_is_told(inputs, tmp_path, said):
+    home, out = tmp_path / "home", tmp_path / "out"
+    for kind in ("images", "masks"):
+        shutil.copytree(inputs / kind, home / kind)
+    said(*command(home, out))
+    mask = read(out / "masks" / "a.png")
+    mask[20:22] = 1
+    cv2.imwrite(str(out / "masks" / "a.png"), mask)
+    assert "1 of them made now" in said(*command(home, out))[1]
+    given = read(home / "masks" / "a.png")
+    given[30:32] = 1
+    cv2.imwrite(str(home / "masks" / "a.png"), given)
+    code, told, wrong = said(*command(home, out))
+    assert code == 1 and "0 of them made now" in told
+    assert wrong.startswith(f"left as it is: {home}/images/a.png: it or its mask has changed")
+    assert (read(out / "masks" / "a.png") == mask).all()
+
+
+def test_images_that_break_or_go_are_no_plates_of_this_run(inputs, tmp_path, said):
+    home, out = tmp_path / "home", tmp_path / "out"
+    for kind in ("images", "masks"):
+        shutil.copytree(inputs / kind, home / kind)
+    said(*command(home, out))
+    (home / "images" / "a.png").write_bytes(b"junk")
+    (home / "images" / "b.png").unlink()
+    (home / "masks" / "b.png").unlink()
+    code, told, wrong = said(*command(home, out))
+    assert code == 1 and "1 of 2 plates" in told and "1 refused" in told
+    assert f"1 more of images that are not in {home}/images" in told
+    assert "refused" in rows(out)["a"] and "files" in rows(out)["b"]
+    _, _, wrong = said("render", "--plates", out, "--count", "4", "--workers", "1", "--out", tmp_path / "made")
+    used = {json.loads(path.read_text())["plate"]["name"] for path in (tmp_path / "made" / "scenes").iterdir()}
+    assert used == {"b", "c"}
+    assert wrong == f"left out: {out}/plates/a.png: plates.jsonl does not tell of it\n"
 
 
 def test_folders_that_are_refused(inputs, stock, tmp_path, said):
@@ -562,7 +622,7 @@ def test_plates_taken_out_or_put_in(mended, tmp_path, said):
     (mended / "plates" / "a.png").unlink()
     shutil.copy(mended / "plates" / "b.png", mended / "plates" / "strange.png")
     code, told, wrong = said("render", "--plates", mended, "--count", "4", "--workers", "1", "--out", tmp_path / "out")
-    assert code == 0 and "4 of 4 images" in told
+    assert code == 1 and "4 of 4 images" in told
     assert wrong == f"left out: {mended}/plates/strange.png: plates.jsonl does not tell of it\n"
     used = {json.loads(path.read_text())["plate"]["name"] for path in (tmp_path / "out" / "scenes").iterdir()}
     assert used == {"b", "c"}

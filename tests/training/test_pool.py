@@ -40,6 +40,32 @@ def test_a_folder_that_cannot_be_made_is_told(tmp_path):
         drawn(tmp_path / "file" / "pool", 1, 0, 1, _silent)
 
 
+@pytest.mark.parametrize("harm", ["count", "cut", "no file"])
+def test_a_pool_that_is_not_whole_is_drawn_anew(views, tmp_path, harm):
+    drawn(tmp_path, 1, 4, 1, _silent)
+    pixels, count = tmp_path / "views-4-1.npy", tmp_path / "views-4-1.done"
+    if harm == "count":
+        count.write_text("x")
+    elif harm == "cut":
+        with pixels.open("r+b") as stream:
+            stream.truncate(5000)
+    else:
+        pixels.unlink()
+    told = []
+    assert (drawn(tmp_path, 1, 4, 1, told.append) == views[1][:1]).all()
+    assert told == [0, 1]
+
+
+def test_a_full_disk_is_told_before_anything_is_drawn(tmp_path, monkeypatch):
+    def full(*rest):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(pool.os, "posix_fallocate", full)
+    with pytest.raises(InputError, match="No space left"):
+        drawn(tmp_path, 1, 4, 1, lambda done: pytest.fail("drawn"))
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("number", [0, 1, 3, len(own.KINDS) + 6])
 def test_kinds_come_in_turn(number):
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(7, spawn_key=(number,))))

@@ -33,5 +33,13 @@ def test_a_model_is_not_written_over(tmp_path, capfd):
     assert (tmp_path / "model.onnx").read_bytes() == b"weeks of work"
 
 
+def test_where_nothing_can_be_written_nothing_is_begun(tmp_path, capfd):
+    (tmp_path / "file").write_text("")
+    for words in (("--out", tmp_path / "file" / "a.onnx"), ("--out", tmp_path / "a.onnx", "--pool", tmp_path / "file")):
+        said = refused(capfd, "segmenter", *words)
+        assert "cannot be written" in said or "is missing: pip install" in said
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
 def test_another_ending_is_refused(tmp_path, capfd):
     assert "a file ending in .onnx is allowed" in refused(capfd, "inpainter", "--out", tmp_path / "model.pt")

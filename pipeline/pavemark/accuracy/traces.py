@@ -82,6 +82,9 @@ def report(
     if quick:
         sample = attrs.evolve(sample, entries=some(sample.entries, QUICK))
     others = {name: listed(folder, EXTENSIONS, "image") for name, folder in cleaned.items()}
+    for name, there in others.items():
+        if not any(entry.name in there for entry in sample.entries):
+            raise InputError(cleaned[name], f"has no image that is called as one of those judged ({name})")
     found: list[tuple[str, str, Residue]] = []
     with Crew(methods, watcher.tell) as crew, watcher.of(len(sample.entries)):
         for entry in sample.entries:

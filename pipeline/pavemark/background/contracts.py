@@ -19,6 +19,10 @@ OFF = 25.0
 or knows another range, it misses a trial's by 50 and more."""
 
 
+BLACK = 8
+"""Grey levels below which all of a hole amid middle greys is not filled."""
+
+
 @attrs.frozen
 class Contract:
     """A kind of inpainting network.
@@ -148,7 +152,7 @@ def recognised(network: Network) -> Contract:
 
 
 def measured_white(network: Network, contract: Contract) -> float:
-    """Show a network a coloured picture with a hole, and see whether it gives back what it was shown.
+    """Show a network a coloured picture with a hole: it has to give back what it was shown, and to fill the rest.
 
     Returns
     -------
@@ -158,7 +162,8 @@ def measured_white(network: Network, contract: Contract) -> float:
     Raises
     ------
     InputError
-        When known pixels do not come back, so that mask, range or channels must be others than the contract's.
+        When known pixels do not come back, so that mask, range or channels must be others than the contract's, or when
+        the hole comes back as black as it was shown. How good a fill is, is not judged.
     """
     side = contract.crop if contract.whole else 256
     rng = np.random.default_rng(0)
@@ -167,10 +172,8 @@ def measured_white(network: Network, contract: Contract) -> float:
     hole = np.zeros((side, side), bool)
     hole[96:160, 96:160] = True
     whites = (1.0, 255.0) if contract.white is None else (float(contract.white),)
-    offs = {}
-    for white in whites:
-        filled = contract.fill(network, white, image, hole)
-        offs[white] = float(np.abs(filled - image)[~hole].mean())
+    fills = {white: contract.fill(network, white, image, hole) for white in whites}
+    offs = {white: float(np.abs(filled - image)[~hole].mean()) for white, filled in fills.items()}
     white = min(offs, key=offs.get)
     if offs[white] > OFF:
         raise InputError(
@@ -178,4 +181,6 @@ def measured_white(network: Network, contract: Contract) -> float:
             f"misses pixels that it is shown by {offs[white]:.0f} grey levels on average: mask, value range or channels"
             f" are not those of {contract.name}",
         )
+    if contract.bare and fills[white][hole].max() < BLACK:
+        raise InputError(network.path, "leaves the hole black, as it was shown it: a network that fills it is allowed")
     return white

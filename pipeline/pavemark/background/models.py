@@ -15,7 +15,7 @@ import attrs
 from pavemark import assets, files
 from pavemark.background import onnx
 from pavemark.background.contracts import CONTRACTS, measured_white, recognised
-from pavemark.errors import InputError
+from pavemark.errors import InputError, one_line
 from pavemark.records import from_json, one_of, to_json, within
 
 SHIPPED = "pavemark"
@@ -157,6 +157,8 @@ def add(file: Path, name: str | None, licence: str | None, reserved: Collection[
         raise InputError("--name", f"{name!r}: allowed are up to 64 letters, digits, '.', '_' and '-', no sign first")
     if name in reserved or name in names():
         raise InputError("--name", f"{name!r} is taken: another one is allowed")
+    if licence is not None and licence != one_line(licence):
+        raise InputError("--licence", f"{one_line(licence)}: a line of printable text is allowed")
     network = onnx.opened(file)
     contract = recognised(network)
     known = KNOWN.get(network.sha256)

@@ -37,7 +37,7 @@ class Row:
     sha256 : str
         Of that file.
     mask : str or None
-        SHA-256 of the mask that was given with it.
+        SHA-256 of the mask that was given with it, whether or not it was made of that.
     size : tuple of int
         Width and height in pixels.
     ratios, blur, roadside
@@ -45,7 +45,7 @@ class Row:
     files : dict
         SHA-256 of the plate's files as they were written, by their path in the folder.
     mended : bool
-        Whether the plate was made of the folder's own masks, after hands had mended them. `mask` is None then.
+        Whether the plate was made of the folder's own masks, after hands had mended them.
     """
 
     name: str

@@ -15,6 +15,7 @@ from pavemark.background.inpainting import choices, inpainter
 from pavemark.cli.words import Folder
 from pavemark.errors import InputError
 from pavemark.job.config import merge, read_inputs, setting
+from pavemark.job.folder import spare
 from pavemark.job.progress import Progress, shown
 
 INCOMPLETE = 1
@@ -61,12 +62,17 @@ def accuracy(
     held against the truth; REPORT/inpaint.csv, .md and .png, and speed.csv. Stage residue: the real markings are taken
     off, and what is left of them is measured; REPORT/residue.csv, .md, and profile.csv.
     """
-    if out.exists() and not out.is_dir():
-        raise InputError(out, "is there and no folder: a folder, or a name that is not taken, is allowed")
+    if cleaned and stage != "residue":
+        raise InputError("--cleaned", f"says nothing to --stage {stage}: --stage residue is allowed with it")
+    twice = [name for name, _ in cleaned if [other for other, _ in cleaned].count(name) > 1]
+    if twice:
+        raise InputError("--cleaned", f"{twice[0]} is given twice: another name is allowed")
     told: dict = {}
     for text in settings:
         told = merge(told, setting(text))
     inputs = read_inputs(told | {name: value for name, value in options.items() if value is not None})
+    spare(out, (), (inputs.images, inputs.masks, *(folder for _, folder in cleaned)), "")
+    files.writable(out)
     names = _methods(methods)
     entries, unmatched = index(Path(inputs.images), None if inputs.masks is None else Path(inputs.masks))
     watcher = _Counting(shown(quiet))

@@ -8,6 +8,7 @@ import click
 
 from pavemark.background import models as registry
 from pavemark.background.inpainting import METHODS
+from pavemark.errors import InputError
 
 
 @click.group(invoke_without_command=True)
@@ -28,12 +29,18 @@ def add(file: Path, name: str | None, licence: str | None) -> None:
 
 
 @models.command("list")
-def list_() -> None:
+def list_() -> int:
     """Say which models are recorded."""
+    damaged = 0
     for name in registry.names():
-        click.echo(_told(registry.read(name)))
+        try:
+            click.echo(_told(registry.read(name)))
+        except InputError as error:
+            click.echo(f"{error}; pavemark models remove {name} forgets it", err=True)
+            damaged = 1
     if not registry.names():
         click.echo("none: pavemark models add FILE.onnx records one")
+    return damaged
 
 
 @models.command()

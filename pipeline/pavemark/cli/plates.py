@@ -35,4 +35,4 @@ def plates(
     inputs = read_inputs(told(settings, options))
     out = out.absolute()
     with faults_kept(out):
-        return make(inputs, out, Machine(WORKER, workers, recycle, patience), shown(quiet))
+        return make(inputs, out, Machine(WORKER, workers, recycle, patience), shown(quiet, "plates"))

@@ -12,6 +12,7 @@ import click
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from pavemark import files
 from pavemark.background import cache
 from pavemark.cli.words import cores
 from pavemark.errors import InputError
@@ -28,8 +29,12 @@ EVERY = 100
 @click.command()
 @click.argument("network", type=click.Choice(list(STEPS)))
 @click.option("--out", metavar="FILE", required=True, type=click.Path(path_type=Path), help="The model, ONNX.")
-@click.option("--views", type=click.IntRange(100, 10**6), show_default="4000, 1600", help="Pictures to draw.")
-@click.option("--steps", type=click.IntRange(1), show_default="10000, 6000", help="Steps of training.")
+@click.option(
+    "--views", type=click.IntRange(100, 10**6), show_default="segmenter 4000, inpainter 1600", help="Pictures to draw."
+)
+@click.option(
+    "--steps", type=click.IntRange(1), show_default="segmenter 10000, inpainter 6000", help="Steps of training."
+)
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="All else follows from it.")
 @click.option("--threads", type=click.IntRange(1), default=cores, show_default="all cores", help="Of the training.")
 @click.option("--workers", type=click.IntRange(1), default=cores, show_default="all cores", help="Of the drawing.")
@@ -58,6 +63,8 @@ def train(
     views = VIEWS[network] if views is None else views
     steps = STEPS[network] if steps is None else steps
     folder = cache.folder() / "views" if kept is None else kept
+    for written in (out.parent, folder):
+        files.writable(written)
     with _shown("views", views) as tell:
         pool = drawn(folder, views, seed, workers, lambda done: tell(done, {}))
     with _shown("steps", steps) as tell:

@@ -75,7 +75,8 @@ class Journal:
             self._drop_torn_line()
         except BlockingIOError:
             os.close(self._file)
-            raise InputError(out, f"another run is writing part {shard.part}/{shard.parts} of it") from None
+            what = "to it" if shard.parts == 1 else f"part {shard.part}/{shard.parts} of it"
+            raise InputError(out, f"another run is writing {what}") from None
         except OSError as error:
             raise InputError(out, f"cannot be written: {error.strerror}") from None
 

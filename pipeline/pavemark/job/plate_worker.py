@@ -29,15 +29,17 @@ class Plates:
         """See `pavemark.job.worker.Craft.make`."""
         image, mask = Path(task["image"]), None if task["mask"] is None else Path(task["mask"])
         written = paths(self._out, image.stem)
-        mended = mask == written["masks"]
-        given = {"image": image} if mask is None or mended else {"image": image, "mask": mask}
+        given = {"image": image} if mask is None else {"image": image, "mask": mask}
         try:
             # Before they are read: what is done to them meanwhile is noticed the next time.
             stamps = {role: stamp(path) for role, path in given.items()}
             hashes = {role: sha256(path) for role, path in given.items()}
         except InputError as error:
             raise UnusableImage(error.where, error.what) from None
-        plate = read_plate(image, mask, self._inputs, written["ground"] if mended else None)
+        if task["mended"]:
+            plate = read_plate(image, written["masks"], self._inputs, written["ground"])
+        else:
+            plate = read_plate(image, mask, self._inputs)
         # Markings and ground first: where the plate is there, they are too.
         pictures = {"masks": plate.markings, "ground": plate.ground, "plates": plate.image}
         files_of = {}
@@ -55,7 +57,7 @@ class Plates:
             blur=blur(plate),
             roadside=plate.roadside,
             files=files_of,
-            mended=mended,
+            mended=task["mended"],
         )
         return {
             "row": unstructure(row),

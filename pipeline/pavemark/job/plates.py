@@ -48,12 +48,14 @@ def make(inputs: Inputs, out: Path, machine: Machine, progress: Progress) -> int
 
     A plate counts as made when the journal says so and its files are there. One whose masks in the folder hands have
     mended is filled anew as these say, unless the plate was edited too: then it stays. When an image or its given mask
-    has changed, its plate is made anew, unless hands have mended it: then that is told, and it stays.
+    has changed, its plate is made anew, unless hands have mended it: then that is told, and it stays. A mended mask is
+    never written over: a plate whose file was removed is filled again from it.
 
     Returns
     -------
     int
-        Exit code: 0, 1 when an image was refused or failed, 128 + the signal when it was stopped.
+        Exit code: 0, 1 when an image was left out, refused, left as it is or failed, 128 + the signal when it was
+        stopped.
 
     Raises
     ------
@@ -68,7 +70,7 @@ def make(inputs: Inputs, out: Path, machine: Machine, progress: Progress) -> int
         sweep(out, FOLDERS)
         for line in alone:
             progress.tell(f"left out: {line}")
-        run = Run(inputs, out, found, kept, progress, _finished(out))
+        run = Run(inputs, out, found, kept, progress, len(alone))
         lacking = run.lacking()
         with progress.of(len(lacking)):
             run.make(lacking, machine)
@@ -105,6 +107,13 @@ def _claim(out: Path, told: dict[str, Any]) -> None:
 _INPUTS = ("images", "masks")
 
 
+class Mended(InputError):
+    """What is asked for would undo what hands have done to a plate."""
+
+
+_BY_HAND = "which hands have mended: remove its files in plates, masks and ground to have it made anew"
+
+
 @attrs.define
 class Run:
     """A run under way, and what has come of it so far."""
@@ -114,11 +123,23 @@ class Run:
     entries: tuple[Entry, ...]
     kept: Journal
     progress: Progress
-    done: dict[str, journal.Entry]
+    alone: int
+    known: dict[str, journal.Entry] = attrs.field(init=False)
+    done: dict[str, journal.Entry] = attrs.field(init=False)
     made: int = 0
     failed: int = 0
+    left: int = 0
     refused: dict[str, str] = attrs.field(factory=dict)
     stopped_by: int | None = None
+
+    def __attrs_post_init__(self) -> None:
+        self._look()
+
+    def _look(self) -> None:
+        """Which plates some journal tells of, and of which of these all files are there. None of them is opened."""
+        self.known = journal.entries(self.out)
+        whole = set(self.known).intersection(*(stems(self.out / folder, ".png") for folder in FOLDERS))
+        self.done = {name: self.known[name] for name in whole}
 
     def lacking(self) -> list[Entry]:
         """The images whose plate is not made, or whose files are not as they were. None of them is opened."""
@@ -143,7 +164,7 @@ class Run:
                 if answer.task is not None:
                     self._take(answer, lacking[answer.task.index])
         self.stopped_by = crew.stopped_by
-        self.done = _finished(self.out)
+        self._look()
         if crew.lost:
             sweep(self.out, FOLDERS)
 
@@ -153,6 +174,11 @@ class Run:
                 return
             try:
                 task = self._task(number, entry)
+            except Mended as mended:
+                self.progress.tell(f"left as it is: {mended}")
+                self.left += 1
+                self.progress.step(lacking=False)
+                continue
             except InputError as error:
                 self._refuse(entry, error.where, error.what)
                 continue
@@ -166,30 +192,34 @@ class Run:
 
         Raises
         ------
+        Mended
+            When the plate would be made anew although hands have mended it.
         InputError
-            When a file cannot be read, or the plate would be made anew although hands have mended it.
+            When a file cannot be read, or one is missing that belongs to what hands have mended.
         """
         anew = Task(number, str(entry.image), entry.mask and str(entry.mask))
-        if entry.name not in self.done:
-            return anew
-        row = structure(Row, json.loads(self.done[entry.name].read()[0]), self.out)
         own = paths(self.out, entry.name)
-        given = {"image": entry.image} if row.mask is None else {"image": entry.image, "mask": entry.mask}
-        known = {"image": row.sha256} if row.mask is None else {"image": row.sha256, "mask": row.mask}
-        stamps = {role: stamp(path) for role, path in {**given, **own}.items() if role != "plates"}
-        edited = {
-            kind for kind, path in own.items() if sha256(path) != row.files[path.relative_to(self.out).as_posix()]
-        }
-        if {role: sha256(path) for role, path in given.items()} != known:
-            if edited or row.mended:
-                raise InputError(
-                    entry.image,
-                    "it or its mask has changed since its plate was made, which hands have mended: "
-                    f"remove {own['plates']} to have it made anew",
-                )
+        there = {kind: path for kind, path in own.items() if path.exists()}
+        if entry.name not in self.known or not there:
             return anew
-        if edited and "plates" not in edited:
-            return anew._replace(mask=str(own["masks"]))
+        row = structure(Row, json.loads(self.known[entry.name].read()[0]), self.out)
+        given = {"image": entry.image} if entry.mask is None else {"image": entry.image, "mask": entry.mask}
+        known = {"image": row.sha256} if row.mask is None else {"image": row.sha256, "mask": row.mask}
+        stamps = {role: stamp(path) for role, path in {**given, **there}.items() if role != "plates"}
+        edited = {
+            kind for kind, path in there.items() if sha256(path) != row.files[path.relative_to(self.out).as_posix()]
+        }
+        changed = {role: sha256(path) for role, path in given.items()} != known
+        if edited or row.mended:
+            if changed:
+                raise Mended(entry.image, f"it or its mask has changed since its plate was made, {_BY_HAND}")
+            if not {"masks", "ground"} <= there.keys():
+                lost = next(own[kind] for kind in ("masks", "ground") if kind not in there)
+                raise Mended(lost, f"is missing and belongs to a plate {_BY_HAND}")
+            if "plates" not in there or (edited and "plates" not in edited):
+                return anew._replace(mended=True)
+        elif changed or there != own:
+            return anew
         self.kept.append(entry.name, unstructure(row), stamps)
         return None
 
@@ -226,10 +256,10 @@ class Run:
 
     def _lines(self) -> Iterator[bytes]:
         for name in sorted(self.done.keys() | self.refused.keys()):
-            if name in self.done:
-                row = json.loads(self.done[name].read()[0])
-            else:
+            if name in self.refused:
                 row = {"name": name, "refused": self.refused[name]}
+            else:
+                row = json.loads(self.done[name].read()[0])
             yield json.dumps(row, allow_nan=False).encode() + b"\n"
 
     def draw(self) -> Path | None:
@@ -257,28 +287,25 @@ class Run:
         """As `make` returns it."""
         if self.stopped_by is not None:
             return 128 + self.stopped_by
-        return SOME_LACK if self.failed or self.refused else 0
+        return SOME_LACK if self.failed or self.refused or self.left or self.alone else 0
 
     def summary(self, sheet: Path | None) -> str:
         """What there is now, in one line."""
-        there = sum(entry.name in self.done for entry in self.entries)
+        there = sum(entry.name in self.done and entry.name not in self.refused for entry in self.entries)
         told = [f"{there} of {len(self.entries)} plates in {self.out}, {self.made} of them made now"]
         if self.stopped_by is not None:
             told.append("stopped; the same command goes on from here")
         if self.refused:
             told.append(f"{len(self.refused)} refused")
+        if self.left:
+            told.append(f"{self.left} left as hands have mended them")
         if self.failed:
             told.append(f"{self.failed} failed, see {self.out / LOG}")
+        if gone := len(self.done.keys() - {entry.name for entry in self.entries}):
+            told.append(f"{gone} more of images that are not in {self.inputs.images}")
         if sheet is not None:
             told.append(f"to be looked at: {sheet}")
         return "; ".join(told)
-
-
-def _finished(out: Path) -> dict[str, journal.Entry]:
-    """Plates that are made and whose files are all there, by name. No file of a plate is opened."""
-    there = journal.entries(out)
-    names = set(there).intersection(*(stems(out / folder, ".png") for folder in FOLDERS))
-    return {name: there[name] for name in names}
 
 
 class _Sample:

@@ -58,6 +58,9 @@ class Quiet:
 class Lines(Quiet):
     """A line every few seconds."""
 
+    def __init__(self, what: str) -> None:
+        self._what = what
+
     @contextmanager
     def of(self, total: int) -> Iterator[None]:
         self._total, self._count, self._lacking = total, 0, 0
@@ -71,7 +74,9 @@ class Lines(Quiet):
             self._told = now()
             rate = self._count / (self._told - self._start)
             left = _span((self._total - self._count) / rate)
-            print(f"{self._count}/{self._total}  {rate:.1f} images/s  {left} left{_lack(self._lacking)}", flush=True)
+            print(
+                f"{self._count}/{self._total}  {rate:.1f} {self._what}/s  {left} left{_lack(self._lacking)}", flush=True
+            )
 
     def end(self, line: str) -> None:
         print(line, flush=True)
@@ -80,13 +85,16 @@ class Lines(Quiet):
 class Terminal(Quiet):
     """A bar with rate and time left."""
 
+    def __init__(self, what: str) -> None:
+        self._what = what
+
     @contextmanager
     def of(self, total: int) -> Iterator[None]:
         self._lacking = 0
         self._start = now()
         # A stderr that leads elsewhere is not drawn above the bar: it must reach where it leads.
         self._bar = Bar(
-            TextColumn("images"),
+            TextColumn(self._what),
             BarColumn(),
             MofNCompleteColumn(),
             TextColumn("{task.fields[rate]}"),
@@ -110,11 +118,11 @@ class Terminal(Quiet):
         print(line, flush=True)
 
 
-def shown(quiet: bool) -> Progress:
-    """The progress that suits where stdout leads."""
+def shown(quiet: bool, what: str = "images") -> Progress:
+    """The progress that suits where stdout leads; `what` is counted."""
     if quiet:
         return Quiet()
-    return Terminal() if sys.stdout.isatty() else Lines()
+    return Terminal(what) if sys.stdout.isatty() else Lines(what)
 
 
 def _lack(count: int) -> str:

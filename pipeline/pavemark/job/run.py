@@ -80,7 +80,7 @@ def run(job: Job, out: Path, shard: Shard, machine: Machine, progress: Progress)
             progress.tell(f"left out: {line}")
         done = folder.finished()
         missing = [number for number in shard.numbers(job.count) if number not in done]
-        run = Run(job, folder, found, kept, progress, journal.plates(done.values()) if missing else {})
+        run = Run(job, folder, found, kept, progress, journal.plates(done.values()) if missing else {}, len(alone))
         with progress.of(len(missing)):
             run.make(missing, machine)
         join(folder)
@@ -98,6 +98,7 @@ class Run:
     kept: Journal
     progress: Progress
     plates: dict[str, str]
+    alone: int
     made: int = 0
     failed: int = 0
     left_out: int = 0
@@ -181,7 +182,7 @@ class Run:
         """As `run` returns it."""
         if self.stopped_by is not None:
             return 128 + self.stopped_by
-        return SOME_LACK if self.failed or self.unusable else 0
+        return SOME_LACK if self.failed or self.unusable or self.alone else 0
 
     def summary(self, shard: Shard, missing: int) -> str:
         """What there is now, in one line, where so many images had been missing."""

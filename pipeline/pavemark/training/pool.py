@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Callable, Iterator
 from multiprocessing import get_context
@@ -40,15 +41,14 @@ def drawn(folder: Path, count: int, seed: int, workers: int, tell: Callable[[int
     Raises
     ------
     InputError
-        When the folder cannot be written.
+        When the folder cannot be written, or its disk has no room for all of them.
     """
     path = folder / f"views-{seed}-{count}.npy"
     done = path.with_suffix(".done")
-    shape = (count, SIDE, SIDE, 4)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        there = int(done.read_text()) if done.exists() and path.exists() else 0
-        pool = np.lib.format.open_memmap(path, "r+" if there else "w+", np.uint8, shape)
+        there = _there(path, done)
+        pool = np.lib.format.open_memmap(path, "r+") if there else _room(path, done, (count, SIDE, SIDE, 4))
         tell(there)
         for number, view in _drawn(range(there, count), seed, workers):
             pool[number] = view
@@ -59,6 +59,30 @@ def drawn(folder: Path, count: int, seed: int, workers: int, tell: Callable[[int
             tell(number + 1)
     except OSError as error:
         raise InputError(folder, f"cannot be written: {error.strerror}") from None
+    return pool
+
+
+def _there(path: Path, done: Path) -> int:
+    """How many views a file holds; none where it is not whole or nothing tells of it."""
+    try:
+        counted = int(done.read_text())
+        whole = np.lib.format.open_memmap(path, "r").nbytes < path.stat().st_size
+    except (OSError, ValueError):
+        return 0
+    return counted if whole else 0
+
+
+def _room(path: Path, done: Path, shape: tuple[int, ...]) -> np.ndarray:
+    """A file with room for all views."""
+    done.unlink(missing_ok=True)
+    pool = np.lib.format.open_memmap(path, "w+", np.uint8, shape)
+    # A disk that is full is no error to a file that is mapped: it ends the process.
+    with path.open("r+b") as stream:
+        try:
+            os.posix_fallocate(stream.fileno(), 0, path.stat().st_size)
+        except OSError:
+            path.unlink()
+            raise
     return pool
 
 
