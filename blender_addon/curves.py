@@ -32,7 +32,7 @@ def areas(name: str, marking: Marking, height: float) -> bpy.types.Curve:
 
 
 def read_strokes(curve: bpy.types.Curve) -> tuple[Stroke, ...]:
-    """The strokes of a curve made by `strokes`, as edited since; float32, so 1e-6 m off at most."""
+    """The strokes of a curve made by `strokes`, as edited since; float32, so 1e-6 m off within 16 m of the origin."""
     return tuple(
         Stroke(_path(spline), 2 * spline.points[0].radius, spline.use_cyclic_u)
         for spline in curve.splines

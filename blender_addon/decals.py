@@ -49,9 +49,12 @@ def pixels(name: str, coverage: np.ndarray, frame: Frame, height: float) -> bpy.
     return _mesh(name, frame.to_world(corners).reshape(-1, 2), 4, height)
 
 
-def hard(name: str, outline: MultiPolygon, height: float) -> bpy.types.Mesh:
-    """The outline as triangles."""
-    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(outline))
+def hard(name: str, outline: MultiPolygon, frame: Frame, height: float) -> bpy.types.Mesh:
+    """The outline as triangles, as far as it lies in the frame: the ends of a line that goes on for kilometres would
+    lose in float32 what tells where its edges cross the picture."""
+    width, depth = frame.size
+    seen = shapely.intersection(outline, shapely.box(-width / 2, -depth / 2, width / 2, depth / 2))
+    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(seen))
     corners = shapely.get_coordinates(triangles).reshape(-1, 4, 2)[:, :3]
     return _mesh(name, corners.reshape(-1, 2), 3, height)
 

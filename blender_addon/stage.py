@@ -97,7 +97,7 @@ class Stage:
         values = sheet(shape, frame, scene.tyres if {"wear", "dirt"} & set(effects) else None, "wear" in effects)
         painted = values[..., COVERAGE] > 0
         if plan.hard:
-            mesh = decals.hard(name, shape, height)
+            mesh = decals.hard(name, shape, frame, height)
             values[..., COVERAGE] = 1.0
         else:
             mesh = decals.pixels(name, values[..., COVERAGE], frame, height)

@@ -8,6 +8,7 @@ import attrs
 import numpy as np
 
 from pavemark.ground import Frame
+from pavemark.plan import plan
 from pavemark.plate import Plate
 from pavemark.scene import Blend, Curvature, Marking, Paint, PlateRef, Scene, Slot, Stroke
 
@@ -96,6 +97,17 @@ def together(first: Scene, *others: Scene) -> Scene:
         markings=tuple(marking for scene in scenes for marking in scene.markings),
         slots=tuple(slot for scene in scenes for slot in scene.slots),
     )
+
+
+def rendered(renderer, scene: Scene, samples: int = 1) -> np.ndarray:
+    """The decals (H, W, 4) that a renderer draws of a scene, with so many rays a pixel."""
+    planned = attrs.evolve(plan(scene), samples=samples)
+    return renderer.render(scene, plate(scene.plate.frame), planned).decals
+
+
+def painted(frame: Frame, *markings: Marking, curvature: Curvature | None = None, blend: Blend | None = None) -> Scene:
+    """A scene of markings alone."""
+    return attrs.evolve(row(plate(frame), n=0, curvature=curvature, blend=blend), markings=markings)
 
 
 def _strokes(outline, front, back, e, s, width):

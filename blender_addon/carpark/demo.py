@@ -10,6 +10,7 @@ import numpy as np
 from blender_addon.carpark import layout, pavement
 from blender_addon.carpark.layout import WHITE, YELLOW, Row
 from pavemark.cameras import rig, sensor, stitch
+from pavemark.colour import quantise
 from pavemark.ground import Frame
 
 GROUND, MARKING, NOT_GROUND = 0, 1, 2
@@ -214,7 +215,7 @@ def photograph(view: View, marked: np.ndarray, look: Look) -> tuple[np.ndarray, 
         ground[side] = layers["ground"]
         rays = fisheye.unproject(seen_at[side])
         lies_at[side] = pavement.FRAME.to_image(real.to_ground(rays)).astype(np.float32)
-    image = np.rint(stitch.stitch(pictures, seen_at, shares)).astype(np.uint8)
+    image = quantise(stitch.stitch(pictures, seen_at, shares))
     seen_ground = stitch.stitch(ground, seen_at, shares) > 0.5
     seen_marked = stitch.stitch(dict.fromkeys(rig.SIDES, marked), lies_at, shares) > 0.5
     mask = np.where(seen_ground, np.where(seen_marked, MARKING, GROUND), NOT_GROUND).astype(np.uint8)

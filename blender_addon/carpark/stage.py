@@ -17,6 +17,7 @@ from blender_addon.carpark.layout import Block, Parked
 from blender_addon.carpark.pavement import FRAME, Surface
 from blender_addon.versions import exr_layers
 from pavemark.cameras.rig import Fisheye, Mount
+from pavemark.colour import quantise
 from pavemark.errors import InputError
 
 SAMPLES = 16
@@ -402,7 +403,7 @@ def _picture(nodes, pixels: np.ndarray, space: str):
     """An image texture of an array (N, N, 3), 0 to 1, its first row at the ground's far edge."""
     with tempfile.TemporaryDirectory() as folder:
         path = str(Path(folder) / "map.png")
-        cv2.imwrite(path, np.rint(np.clip(pixels, 0, 1) * 255).astype(np.uint8)[..., ::-1])
+        cv2.imwrite(path, quantise(pixels * 255)[..., ::-1])
         image = bpy.data.images.load(path)
         image.colorspace_settings.name = space
         image.pack()

@@ -64,7 +64,7 @@ class Frame:
 
 
 WORST_CONDITION = 1e7
-"""Largest condition number of a homography's equations: beyond it less than half of float64's digits are left."""
+"""Largest condition number of a homography: beyond it less than half of float64's digits are left."""
 
 
 def homography(source: np.ndarray, target: np.ndarray) -> np.ndarray:
@@ -85,8 +85,9 @@ def homography(source: np.ndarray, target: np.ndarray) -> np.ndarray:
     Raises
     ------
     ValueError
-        When the points are fewer than four or leave the map undetermined or singular, as three of four on a line do;
-        the condition number is told.
+        When the points are fewer than four; when they leave the map undetermined or singular, as three of four on a
+        line do, or lie so far off that their own digits do not tell them apart: the condition number is told; when no
+        map has all of them on one side of its vanishing line, as where two corners of a quadrilateral are exchanged.
 
     Examples
     --------
@@ -107,15 +108,21 @@ def homography(source: np.ndarray, target: np.ndarray) -> np.ndarray:
     second = np.stack([none, none, none, x, y, one, -q * x, -q * y, -q], -1)
     _, singular, rows = np.linalg.svd(np.concatenate([first, second]))
     normalised = rows[8].reshape(3, 3)
-    condition = max(singular[0] / max(singular[7], np.finfo(float).tiny), np.linalg.cond(normalised))
+    condition = max(
+        singular[0] / max(singular[7], np.finfo(float).tiny),
+        np.linalg.cond(normalised),
+        # How much further the points lie from their origin than from each other.
+        *(np.abs(to_unit[:2, 2]).max() for to_unit in (to_unit, to_unit_target)),
+    )
     if condition > WORST_CONDITION:
         raise ValueError(
             f"condition number {condition:.1e}: up to {WORST_CONDITION:.0e} is allowed; "
-            "four points, no three of them on a line, determine a homography"
+            "four points, no three of them on a line and their origin not far off, determine a homography"
         )
     matrix = np.linalg.solve(to_unit_target, normalised @ to_unit)
     matrix /= np.linalg.norm(matrix)
-    return matrix * np.sign(matrix[2] @ (*source.mean(0), 1.0))
+    project(matrix, source)
+    return matrix * np.sign(matrix[2] @ (*source[0], 1.0))
 
 
 def project(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:

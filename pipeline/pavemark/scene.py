@@ -346,6 +346,11 @@ class Noise:
     amount: float = attrs.field(validator=within(0.0, 128.0))
     seed: int = attrs.field(validator=_seed)
 
+    @amount.validator
+    def _share_of_pixels(self, attribute: attrs.Attribute, value: float) -> None:
+        if self.kind == "salt-and-pepper" and value > 1:
+            raise ValueError(f"amount = {value}: allowed 0 to 1 for salt-and-pepper, a share of the pixels")
+
 
 @attrs.frozen
 class Scene:

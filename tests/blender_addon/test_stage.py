@@ -12,7 +12,7 @@ from pavemark.ground import Frame
 from pavemark.layers import read
 from pavemark.plan import plan
 from pavemark.scene import Area, Blend, Curvature, Marking, Paint, Stroke
-from scenes import plate, row
+from scenes import plate, rendered, row
 
 bpy = pytest.importorskip("bpy", reason="the bpy wheel is not installed")
 
@@ -30,42 +30,16 @@ def bands(*tones: float, method: str = "normal"):
     return attrs.evolve(row(plate(), n=0), markings=coats, blend=Blend(method=method))
 
 
-def decals(renderer, scene):
-    return renderer.render(scene, plate(scene.plate.frame), plan(scene)).decals
-
-
-def test_the_last_of_five_coincident_coats_is_seen(renderer):
-    up, down = decals(renderer, bands(40, 80, 120, 160, 200)), decals(renderer, bands(200, 160, 120, 80, 40))
-    assert up[280, 300, 0] == pytest.approx(((200 / 255 + 0.055) / 1.055) ** 2.4, abs=1e-3)
-    assert down[280, 300, 0] == pytest.approx(((40 / 255 + 0.055) / 1.055) ** 2.4, abs=1e-3)
-    edge = (up[..., 3] > 0.1) & (up[..., 3] < 0.9)
-    # On an edge every coat covers its share of what is left: 1 - (1 - a)^5.
-    once = decals(renderer, bands(200))[..., 3]
-    assert np.abs(up[..., 3] - (1 - (1 - once) ** 5))[edge].max() < 2e-3
-
-
-def test_decals_do_not_flicker(renderer):
-    scene = bands(40, 200, 90)
-    first = decals(renderer, scene)
-    assert all(np.array_equal(first, decals(renderer, scene)) for _ in range(3))
-
-
 def test_colours_are_ratios_or_absolute_as_the_blend_asks(renderer):
-    ratio, absolute = decals(renderer, bands(240, method="reflectance")), decals(renderer, bands(240, method="alpha"))
+    ratio, absolute = (rendered(renderer, bands(240, method=method)) for method in ("reflectance", "alpha"))
     assert ratio[280, 300, :3] == pytest.approx([2.4] * 3, abs=2e-3)
     assert absolute[280, 300, :3] == pytest.approx([((240 / 255 + 0.055) / 1.055) ** 2.4] * 3, abs=1e-3)
-
-
-def test_markings_outside_the_frame_leave_nothing(renderer):
-    scene = bands(200)
-    beside = Marking("slot", scene.markings[0].paint, (Stroke(((20.0, 0.0), (30.0, 0.0)), 0.5),))
-    assert not decals(renderer, attrs.evolve(scene, markings=(beside,))).any()
 
 
 def test_areas_with_holes(renderer):
     square = Area(((-2, -2), (2, -2), (2, 2), (-2, 2)), holes=(((-1, -1), (1, -1), (1, 1), (-1, 1)),))
     scene = attrs.evolve(bands(200), markings=(Marking("original", bands(200).markings[0].paint, areas=(square,)),))
-    alpha = decals(renderer, scene)[..., 3]
+    alpha = rendered(renderer, scene)[..., 3]
     assert alpha.sum() / 3600 == pytest.approx(12, rel=1e-3)
     assert alpha[300, 300] == 0
     assert alpha[300, 300 - 90] == 1
@@ -90,9 +64,9 @@ def test_curves_hold_the_marking():
 def test_nothing_is_left_behind(renderer):
     scene = row(plate(), n=3)
     kinds = ("objects", "meshes", "curves", "materials", "images", "cameras", "collections")
-    decals(renderer, scene)
+    rendered(renderer, scene)
     before = {kind: len(getattr(bpy.data, kind)) for kind in kinds}
-    decals(renderer, scene)
+    rendered(renderer, scene)
     assert {kind: len(getattr(bpy.data, kind)) for kind in kinds} == before
 
 

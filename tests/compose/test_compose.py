@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pavemark.colour import quantise, to_display, to_linear
+from pavemark.colour import to_display, to_linear
 from pavemark.compose import brightness, noise
 from pavemark.compose.image import compose
 from pavemark.ground import Frame
@@ -93,22 +93,10 @@ def test_srgb_is_exact_both_ways():
     assert to_linear(np.uint8(10)) == pytest.approx(10 / 255 / 12.92)
 
 
-def test_rounding_has_no_bias_and_does_not_wrap():
-    values = np.arange(0, 255, 1 / 16)
-    assert abs((quantise(values) - values).mean()) < 1e-3
-    np.testing.assert_array_equal(quantise(np.array([-3.0, -0.4, 255.4, 300.0])), [0, 0, 255, 255])
-
-
 @pytest.mark.parametrize("factor", [0.5, 0.8, 1.2])
 def test_brightness_scales_the_levels(factor):
     image = np.random.default_rng(0).uniform(0, 200, (40, 40, 3)).astype(np.float32)
     np.testing.assert_allclose(brightness.apply(image, Brightness(factor)), image * factor, rtol=1e-6)
-
-
-def test_brightness_stops_at_white_and_keeps_the_hue():
-    image = np.array([[[200, 100, 50], [250, 250, 250], [0, 0, 0]]], np.float32)
-    found = brightness.apply(image, Brightness(1.5))
-    np.testing.assert_allclose(found, [[[255, 127.5, 63.75], [255, 255, 255], [0, 0, 0]]], rtol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -123,23 +111,6 @@ def test_noise_has_the_law_and_deviation_asked_for(kind, law):
     assert abs(added.mean()) < 0.08
     assert stats.kstest(added.ravel(), law.cdf).pvalue > 0.01
     assert abs(np.corrcoef(added[..., 0].ravel(), added[..., 1].ravel())[0, 1]) < 0.02
-
-
-def test_salt_and_pepper_hits_its_share_half_white_half_black():
-    image = np.full((300, 300, 3), 128, np.float32)
-    found = noise.apply(image, Noise("salt-and-pepper", 0.1, 3))
-    white, black = ((found == level).all(-1).mean() for level in (255, 0))
-    assert white == pytest.approx(0.05, abs=0.005)
-    assert black == pytest.approx(0.05, abs=0.005)
-    assert (found == 128).all(-1).mean() == pytest.approx(1 - white - black)
-
-
-@pytest.mark.parametrize("kind", ["gaussian", "laplacian"])
-@pytest.mark.parametrize("tone", [0, 255])
-def test_noise_at_black_and_white_does_not_wrap(kind, tone):
-    image = quantise(noise.apply(np.full((50, 50, 3), tone, np.float32), Noise(kind, 10, 1)))
-    assert np.abs(image.astype(int) - tone).max() < 120
-    assert (image == tone).mean() > 0.4
 
 
 @pytest.mark.parametrize("edge_blur", [False, True])

@@ -79,12 +79,6 @@ def test_single_cases(shape):
     assert_exact(shape)
 
 
-@pytest.mark.parametrize("shift", [(-20, 0), (20, 0), (0, -20), (0, 20), (13, 10), (-3, -4)])
-def test_a_shape_outside_the_frame_covers_nothing(shift):
-    shape = shapely.transform(box(0, 0, 3, 4), lambda ring: ring + np.array(shift))
-    assert not covered(shape).any()
-
-
 def test_nothing_covers_nothing():
     assert not coverage(MultiPolygon(), FRAME).any()
 

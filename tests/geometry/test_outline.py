@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 import shapely
-from shapely.geometry import MultiPolygon, Point, box
+from shapely.geometry import Point, box
 
 from pavemark.geometry.outline import outline
 from pavemark.scene import Area, Curvature, Marking, Stroke
@@ -81,29 +81,6 @@ def test_a_closed_stroke_that_repeats_its_first_point():
     assert_same(shape(line((0, 0), (2, 0), (2, 1), (0, 1), (0, 0), closed=True)), plain)
 
 
-@pytest.mark.parametrize("curvature", [None, Curvature(150.0, 0.4, 2)])
-@pytest.mark.parametrize(
-    "part",
-    [
-        line((1, 1), (1, 1)),
-        line((1, 1), (1, 1), closed=True),
-        Area(((1.0, 1.0),) * 3),
-        Area(((1.0, 1.0), (2.0, 2.0), (1.0, 1.0))),
-        Area(((1.0, 1.0), (2.0, 2.0), (3.0, 3.0))),
-    ],
-)
-def test_parts_without_extent_paint_nothing(part, curvature):
-    got = shape(part, curvature=curvature)
-    assert isinstance(got, MultiPolygon)
-    # Points on a line are bent apart by the curvature, a little.
-    assert got.area < 1e-3
-
-
-def test_a_hole_without_extent_changes_nothing():
-    ring = ((0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0))
-    assert_same(shape(Area(ring, (((1.0, 1.0), (2.0, 2.0)), ()))), box(0, 0, 4, 4))
-
-
 def test_a_marking_without_parts_is_empty():
     assert shape().is_empty
 
@@ -114,11 +91,6 @@ def test_areas_keep_their_holes():
     got = shape(Area(ring, (hole,)))
     assert got.area == pytest.approx(14, abs=ROUNDING)
     assert not got.contains(Point(1.5, 2))
-
-
-def test_a_ring_that_crosses_itself_is_mended():
-    got = shape(Area(((0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0))))
-    assert got.is_valid and got.area == pytest.approx(2, abs=ROUNDING)
 
 
 def test_shells_run_anticlockwise_and_holes_clockwise():

@@ -6,6 +6,8 @@ import attrs
 import cv2
 import numpy as np
 
+from pavemark.colour import quantise
+
 
 @attrs.frozen
 class Sensor:
@@ -93,8 +95,7 @@ def develop(light: np.ndarray, used: np.ndarray, sensor: Sensor) -> np.ndarray:
     blotches = cv2.resize(rng.normal(size=(height // 2 + 1, width // 2 + 1, 3)).astype(np.float32), (width, height))
     display += sensor.chroma * (blotches - blotches.mean(-1, keepdims=True))
     display += sensor.sharpen * (display - cv2.GaussianBlur(display, (0, 0), 1.3))
-    levels = np.clip(np.rint(display * 255), 0, 255).astype(np.uint8)
-    coded = cv2.imencode(".jpg", levels[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, sensor.quality])[1]
+    coded = cv2.imencode(".jpg", quantise(display * 255)[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, sensor.quality])[1]
     return cv2.imdecode(coded, cv2.IMREAD_COLOR)[..., ::-1]
 
 

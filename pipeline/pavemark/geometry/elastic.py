@@ -18,8 +18,9 @@ from pavemark.scene import Curvature
 PERIOD = 64
 """Coefficients a side; beyond them the field repeats."""
 
-STEEPEST = 0.6
-"""Largest allowed norm of the displacement's gradient: below 1 the map is one-to-one, so no outline crosses itself."""
+STEEPEST = 0.9
+"""Largest allowed bound of the gradient's norm. Below 1 the map is one-to-one, so no outline crosses itself: the
+Jacobian's determinant is at least (1 - STEEPEST/√2)². The norm itself stays about a third below its bound."""
 
 _PIXEL = 1 / 60
 # The variance of a cubic B-spline sum of unit coefficients, averaged over the plane: (∫B³²)² = 0.479365².
@@ -60,6 +61,27 @@ def jacobian(curvature: Curvature | None, points: np.ndarray) -> np.ndarray:
 
 
 @lru_cache(maxsize=4)
+def longest_chord(curvature: Curvature, sagitta: float) -> float:
+    """How far apart points of a straight line may lie so that the field bends the line nowhere away from their chords.
+
+    Parameters
+    ----------
+    curvature : Curvature
+    sagitta : float
+        Metres between chord and bent line that do not count.
+
+    Returns
+    -------
+    float
+        Metres; inf where the field bends nothing.
+    """
+    coefficients, spacing = _field(curvature)
+    # A chord of length h strays from its arc by h²/8 times the second derivative along it.
+    bend = _bound(coefficients, (2, 0), (1, 1), (1, 1), (0, 2)) / spacing**2
+    return math.sqrt(8 * sagitta / bend) if bend else math.inf
+
+
+@lru_cache(maxsize=4)
 def _field(curvature: Curvature) -> tuple[np.ndarray, float]:
     """Coefficients (PERIOD, PERIOD, 2) in metres and their spacing in metres."""
     # White noise U(-1, 1) a pixel, smoothed with sigma s pixels: variance 1/3 · 1/(4πs²), covariance exp(-r²/4s²).
@@ -69,28 +91,35 @@ def _field(curvature: Curvature) -> tuple[np.ndarray, float]:
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(curvature.seed)))
     noise = rng.standard_normal((PERIOD, PERIOD, 2))
     coefficients = noise * (deviation / math.sqrt(_SPLINE_VARIANCE))
-    steepest = _steepest(coefficients) / spacing
+    steepest = _bound(coefficients, (1, 0), (0, 1)) / spacing
     if steepest > STEEPEST:
         coefficients *= STEEPEST / steepest
     coefficients.setflags(write=False)
     return coefficients, spacing
 
 
-def _steepest(coefficients: np.ndarray) -> float:
-    """Largest Frobenius norm of the gradient, per unit of spacing, at the nodes and half-way between them."""
-    square = np.zeros((2 * PERIOD, 2 * PERIOD))
-    for order in ((1, 0), (0, 1)):
-        rows = _at_halves(coefficients, order[0], axis=0)
-        square += (_at_halves(rows, order[1], axis=1) ** 2).sum(-1)
+def _bound(coefficients: np.ndarray, *orders: tuple[int, int]) -> float:
+    """What the Frobenius norm of the derivatives of these orders exceeds nowhere on the plane, per unit of spacing.
+
+    Within a cell each is a polynomial, a mean of its Bézier control points with weights that all of them share (Farin,
+    *Curves and Surfaces for CAGD*, 1988), so its norm is at most the largest of the control points.
+    """
+    square = sum(
+        (_control_points(_control_points(coefficients, along_x, 0), along_y, 1) ** 2).sum(-1)
+        for along_x, along_y in orders
+    )
     return float(np.sqrt(square.max()))
 
 
-def _at_halves(coefficients: np.ndarray, order: int, axis: int) -> np.ndarray:
-    """The spline or its derivative along one axis, at every node and half-way to the next: twice the length."""
-    weights = _WEIGHTS[order](np.array([0.0, 0.5])).T
-    shifted = [np.roll(coefficients, 1 - i, axis) for i in range(4)]
-    halves = [sum(weight[k] * part for weight, part in zip(weights, shifted, strict=True)) for k in (0, 1)]
-    return np.concatenate(halves, axis)
+def _control_points(coefficients: np.ndarray, order: int, axis: int) -> np.ndarray:
+    """Of the spline or its derivative along one axis, as polynomials of degree 3: three times the length.
+
+    The fourth point of a cell is the first of the next.
+    """
+    near = [np.roll(coefficients, -k, axis) for k in _NEAR]
+    return np.concatenate(
+        [sum(weight * part for weight, part in zip(row, near, strict=True)) for row in _CONTROL[order]], axis
+    )
 
 
 def _evaluate(coefficients: np.ndarray, at: np.ndarray, order: tuple[int, int]) -> np.ndarray:
@@ -113,3 +142,14 @@ def _slopes(t: np.ndarray) -> np.ndarray:
 
 _NEAR = np.arange(-1, 3)
 _WEIGHTS = (_values, _slopes)
+_CONTROL = (
+    np.array(
+        [
+            [[1, 4, 1, 0], [0, 4, 2, 0], [0, 2, 4, 0]],
+            [[-3, 0, 3, 0], [-1, -4, 5, 0], [0, -5, 4, 1]],
+            [[6, -12, 6, 0], [4, -6, 0, 2], [2, 0, -6, 4]],
+        ]
+    )
+    / 6
+)
+"""Control points of one cell from its four nearest coefficients, for the spline and its first two derivatives."""

@@ -9,14 +9,21 @@ import numpy as np
 import shapely
 from shapely.geometry import LineString, MultiPolygon, Polygon
 
-from pavemark.geometry.elastic import displace
+from pavemark.geometry.elastic import displace, longest_chord
 from pavemark.scene import Area, Curvature, Marking, Path
 
 STEP = 0.05
-"""Metres between the points of a path that is to be bent: the chord's sagitta stays below 0.02 px at 60 px/m."""
+"""Most metres between the points of a path that is to be bent."""
+
+SAGITTA = 1 / 3000
+"""Most metres between such a path's chords and the path as it is bent: 0.02 px at 60 px/m."""
 
 MITRE_LIMIT = 5.0
 """Corners sharper than about 23° are cut off, as paint machines do."""
+
+_GRID = 2.0**-36
+"""Metres, 1.5e-11. Where sides all but coincide, GEOS is sure of a difference only on a grid; on this one every
+coordinate up to 1e5 m is exact in float64."""
 
 
 # Asked for by the renderer and by the labels, one after the other.
@@ -37,10 +44,8 @@ def outline(marking: Marking, curvature: Curvature | None) -> MultiPolygon:
     """
     strokes = [(path, stroke) for stroke in marking.strokes if len(path := _distinct(stroke.path, stroke.closed)) > 1]
     lines = bend([LineString(_ring(path) if stroke.closed else path) for path, stroke in strokes], curvature)
-    reach = np.array([stroke.width / 2 for _, stroke in strokes])
-    bands = shapely.buffer(lines, reach, cap_style="flat", join_style="mitre", mitre_limit=MITRE_LIMIT)
-    areas = shapely.make_valid(bend([_polygon(area) for area in marking.areas], curvature))
-    return polygons(shapely.union_all([*bands, *areas]))
+    bands = [_band(line, stroke.width / 2) for line, (_, stroke) in zip(lines, strokes, strict=True)]
+    return polygons(shapely.union_all([*bands, *(_filled(area, curvature) for area in marking.areas)]))
 
 
 def polygons(shape: shapely.Geometry) -> MultiPolygon:
@@ -53,27 +58,47 @@ def polygons(shape: shapely.Geometry) -> MultiPolygon:
     return MultiPolygon(kept)
 
 
-def bend(shapes: Sequence[shapely.Geometry], curvature: Curvature | None, step: float = STEP) -> np.ndarray:
+def bend(shapes: Sequence[shapely.Geometry], curvature: Curvature | None, step: float | None = None) -> np.ndarray:
     """Lines or polygons (world, metres) as they lie after the curvature.
 
     Returns
     -------
     ndarray (N,) of the same kinds of geometry
-        With points every `step` metres, so that straight sides can bend; the shapes themselves without a curvature.
+        With points every `step` metres, or where None STEP or closer, so that straight sides can bend; the shapes
+        themselves without a curvature.
     """
     straight = np.array(shapes, dtype=object)
     if curvature is None:
         return straight
+    if step is None:
+        step = min(STEP, longest_chord(curvature, SAGITTA))
     return shapely.transform(shapely.segmentize(straight, step), lambda points: displace(curvature, points))
 
 
-def _polygon(area: Area) -> Polygon:
-    shell, *holes = (_distinct(ring, closed=True) for ring in (area.ring, *area.holes))
-    return Polygon(shell, [hole for hole in holes if len(hole) > 2]) if len(shell) > 2 else Polygon()
+def _band(line: LineString, reach: float) -> shapely.Geometry:
+    """What lies within `reach` metres beside a line."""
+    # Where a line turns straight back, GEOS divides by zero on the way to a mitre that it then cuts off.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        band = shapely.buffer(line, reach, cap_style="flat", join_style="mitre", mitre_limit=MITRE_LIMIT)
+    if line.is_simple:
+        return band
+    # It may also lose a side of a line that runs back on itself, but none of a straight piece.
+    points = shapely.get_coordinates(line)
+    pieces = shapely.linestrings(np.stack([points[:-1], points[1:]], axis=1))
+    return shapely.union_all([band, *shapely.buffer(pieces, reach, cap_style="flat")])
+
+
+def _filled(area: Area, curvature: Curvature | None) -> shapely.Geometry:
+    """The ring without its holes, each mended by itself: a hole may share a side with the ring, or cross it."""
+    rings = (_distinct(ring, closed=True) for ring in (area.ring, *area.holes))
+    bent = bend([Polygon(ring) if len(ring) > 2 else Polygon() for ring in rings], curvature)
+    shell, *holes = map(polygons, shapely.make_valid(bent))
+    return shapely.difference(shell, shapely.union_all(holes), grid_size=_GRID) if holes else shell
 
 
 def _ring(path: np.ndarray) -> np.ndarray:
-    return np.concatenate([path, path[:1]])
+    """A closed path; between two points there is nothing to enclose."""
+    return np.concatenate([path, path[:1]]) if len(path) > 2 else path
 
 
 def _distinct(path: Path, closed: bool) -> np.ndarray:

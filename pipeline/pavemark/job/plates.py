@@ -16,6 +16,7 @@ from pavemark.background import cache
 from pavemark.background.index import Entry
 from pavemark.background.reading import read_image
 from pavemark.background.stock import FOLDERS, RECORD, ROWS, Row, paths, stock
+from pavemark.colour import quantise
 from pavemark.errors import InputError
 from pavemark.job import journal
 from pavemark.job.config import Inputs
@@ -326,7 +327,7 @@ class _Sample:
             plate.image,
             np.where(plate.ground[..., None], plate.image, _NO_GROUND),
         )
-        return [scaled(view.astype(np.uint8), scale) for view in views]
+        return [scaled(quantise(view), scale) for view in views]
 
 
 def _over(image: np.ndarray, markings: np.ndarray) -> np.ndarray:

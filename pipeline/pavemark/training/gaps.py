@@ -14,6 +14,7 @@ import numpy as np
 
 from pavemark.background.inpainting.source import neutral
 from pavemark.background.plates import SOFT_EDGE
+from pavemark.colour import quantise
 from pavemark.training.canvas import SIDE
 from pavemark.training.pool import GROUND, MARKING
 
@@ -101,7 +102,7 @@ def taken(rng: np.random.Generator, image: np.ndarray) -> np.ndarray:
         x = cv2.GaussianBlur(x, (0, 0), rng.uniform(0.4, 1.4))
     if rng.random() < 0.3:
         x = x + rng.normal(0, rng.uniform(0.003, 0.02), (*x.shape[:2], 1)).astype(np.float32)
-    x = np.clip(np.rint(x * 255), 0, 255).astype(np.uint8)
+    x = quantise(x * 255)
     if rng.random() < 0.5:
         quality = [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(50, 96))]
         x = cv2.imdecode(cv2.imencode(".jpg", x[..., ::-1], quality)[1], cv2.IMREAD_COLOR)[..., ::-1]

@@ -16,6 +16,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
+from pavemark.colour import quantise
 from pavemark.files import write
 from pavemark.training.canvas import SIDE
 from pavemark.training.pool import GROUND, MARKING
@@ -237,12 +238,8 @@ def _spoilt(image: np.ndarray, rng: np.random.Generator) -> np.ndarray:
             noise = noise.mean(-1, keepdims=True)
         light = light + noise * np.float32(rng.uniform(0, 0.07))
     if rng.random() < 0.4:
-        light = _compressed(_levels(light), rng).astype(np.float32) / 255
+        light = _compressed(quantise(light * 255), rng).astype(np.float32) / 255
     return np.clip(light, 0, 1).astype(np.float32)
-
-
-def _levels(light: np.ndarray) -> np.ndarray:
-    return np.clip(np.rint(light * 255), 0, 255).astype(np.uint8)
 
 
 def _compressed(image: np.ndarray, rng: np.random.Generator) -> np.ndarray:

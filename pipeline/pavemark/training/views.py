@@ -11,6 +11,7 @@ import numpy as np
 
 from pavemark.cameras import sensor, stitch
 from pavemark.cameras.rig import Fisheye, mounts
+from pavemark.colour import quantise
 from pavemark.ground import Frame
 from pavemark.training import bodies, floors, light, paint
 from pavemark.training.canvas import SIDE
@@ -219,4 +220,4 @@ def _seen(
         view = cv2.remap(taken, camera.seen_at - 0.5, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         image += view * camera.share[..., None]
         free += seen_ground * camera.share
-    return np.clip(np.rint(image), 0, 255).astype(np.uint8), free > 0.5
+    return quantise(image), free > 0.5

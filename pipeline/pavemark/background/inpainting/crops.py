@@ -6,6 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from pavemark.colour import quantise
+
 CONTEXT = 64
 """Pixels around a hole's pixel that one crop shows on every side, but for the image's own border."""
 
@@ -80,7 +82,7 @@ def filled_in_crops(
         total[window] += weight * fill(image[window], hole[window])
         weights[window] += weight
     result = image.copy()
-    result[hole] = np.rint(total[hole] / weights[hole])
+    result[hole] = quantise(total[hole] / weights[hole])
     return result
 
 

@@ -1,4 +1,4 @@
-"""A small folder of images, and the job that the tests of this folder run on it."""
+"""What tests of several folders share: a small folder of images with the job that is run on it, and one Blender."""
 
 import os
 
@@ -32,3 +32,12 @@ def arguments(inputs):
         str(word)
         for word in (*told, "--scale", "12", "--inpainter", "navier-stokes", "--segmenter", "strokes", "--workers", "1")
     ]
+
+
+@pytest.fixture(scope="session")
+def renderer():
+    """One Blender for all tests of the renderer; without the bpy wheel they are skipped, and say so."""
+    pytest.importorskip("bpy", reason="the bpy wheel is not installed")
+    from blender_addon.renderer import BlenderRenderer  # noqa: PLC0415 - needs bpy
+
+    return BlenderRenderer(threads=1)
