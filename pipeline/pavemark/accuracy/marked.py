@@ -7,6 +7,7 @@ import math
 import cv2
 import numpy as np
 
+from pavemark.colour import quantise
 from pavemark.ground import Frame
 from pavemark.plate import Plate
 from pavemark.scene import (
@@ -59,7 +60,7 @@ def asphalt(frame: Frame, texture: float = 0.0, seed: int = 0) -> Plate:
         grain = fine + texture * coarse / coarse.std()
         light = np.linspace(7 / 6, 5 / 6, frame.width)[None, :, None]
         image = (image + grain[..., None]) * light * (1.02, 1.0, 0.97)
-    image = np.clip(np.rint(image), 0, 255).astype(np.uint8)
+    image = quantise(image)
     ground = np.ones(image.shape[:2], bool)
     return Plate("asphalt", frame, image, ground, ~ground, image)
 
