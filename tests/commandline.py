@@ -41,10 +41,18 @@ def contents(out):
     return found
 
 
-def workers_of(pid):
-    """Process ids of the children of a process."""
+def workers_of(pid, called=""):
+    """Process ids of the children of a process that are called so: libraries ask lscpu and fc-list as they load."""
     children = Path(f"/proc/{pid}/task/{pid}/children")
-    return [int(word) for word in children.read_text().split()] if children.exists() else []
+    found = [int(word) for word in children.read_text().split()] if children.exists() else []
+    return [child for child in found if called in _called(child)]
+
+
+def _called(pid):
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_text()
+    except (FileNotFoundError, ProcessLookupError):
+        return ""
 
 
 def gone(pid):

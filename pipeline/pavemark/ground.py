@@ -101,12 +101,7 @@ def homography(source: np.ndarray, target: np.ndarray) -> np.ndarray:
     if not (np.isfinite(source).all() and np.isfinite(target).all()):
         raise ValueError("points are not finite: finite coordinates are allowed")
     to_unit, to_unit_target = _normalising(source), _normalising(target)
-    x, y = project(to_unit, source).T
-    p, q = project(to_unit_target, target).T
-    one, none = np.ones_like(x), np.zeros_like(x)
-    first = np.stack([x, y, one, none, none, none, -p * x, -p * y, -p], -1)
-    second = np.stack([none, none, none, x, y, one, -q * x, -q * y, -q], -1)
-    _, singular, rows = np.linalg.svd(np.concatenate([first, second]))
+    _, singular, rows = np.linalg.svd(equations(project(to_unit, source), project(to_unit_target, target)))
     normalised = rows[8].reshape(3, 3)
     condition = max(
         singular[0] / max(singular[7], np.finfo(float).tiny),
@@ -123,6 +118,21 @@ def homography(source: np.ndarray, target: np.ndarray) -> np.ndarray:
     matrix /= np.linalg.norm(matrix)
     project(matrix, source)
     return matrix * np.sign(matrix[2] @ (*source[0], 1.0))
+
+
+def equations(source: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """The direct linear transform of Eq. 1: rows (2N, 9) that are nought times the homography, read row by row.
+
+    Parameters
+    ----------
+    source, target : ndarray (N, 2)
+        Corresponding points; how well the equations are conditioned depends on their units and origin.
+    """
+    (x, y), (p, q) = source.T, target.T
+    one, none = np.ones_like(x), np.zeros_like(x)
+    first = np.stack([x, y, one, none, none, none, -p * x, -p * y, -p], -1)
+    second = np.stack([none, none, none, x, y, one, -q * x, -q * y, -q], -1)
+    return np.concatenate([first, second])
 
 
 def project(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:

@@ -170,7 +170,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_anything_is_measured(
 
 def test_interrupted_it_leaves_nothing_behind(tmp_path):
     running = start("accuracy", "--stage", "geometry", "--out", str(tmp_path / "out"))
-    assert wait_until(lambda: len(workers_of(running.pid)) >= 1)
+    assert wait_until(lambda: workers_of(running.pid, "spawn_main"))
     workers = workers_of(running.pid)
     running.send_signal(signal.SIGINT)
     out, err = running.communicate(timeout=30)
@@ -185,6 +185,23 @@ def test_a_report_does_not_go_where_its_images_are(folders, accuracy):
         done = accuracy("--methods", "navier-stokes", "--out", folder)
         assert (done.code, done.out) == (2, "") and "is the folder of the inputs" in done.err
     assert sorted(folders.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--stage", "blend", "--images", "there"), "--images: says nothing to --stage blend: "),
+        (("--stage", "geometry", "--methods", "fsr"), "--methods: says nothing to --stage geometry: "),
+        (("--masks", "there"), "--masks: --images is missing"),
+        (("--cleaned", "x=there"), "--cleaned: --images is missing"),
+        (("--stage", "residue", "--methods", "fsr"), "--methods: --images is missing"),
+    ],
+)
+def test_options_that_would_say_nothing_are_refused(tmp_path, capsys, words, told):
+    with pytest.raises(SystemExit) as left:
+        main(["accuracy", "--out", str(tmp_path / "out"), *words])
+    assert left.value.code == 2 and capsys.readouterr().err.startswith(f"error: {told}")
+    assert not (tmp_path / "out").exists()
 
 
 def test_what_others_have_cleaned_is_not_left_out_in_silence(folders, accuracy):

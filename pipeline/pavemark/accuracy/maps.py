@@ -12,7 +12,7 @@ import shapely
 from shapely.geometry import LineString
 
 from pavemark.accuracy import marked
-from pavemark.ground import Frame, homography, project
+from pavemark.ground import Frame, equations, homography, project
 
 FRAME = Frame()
 
@@ -59,12 +59,7 @@ def plain(source: np.ndarray, target: np.ndarray) -> np.ndarray:
     -------
     ndarray (3, 3) float64
     """
-    x, y = source.T
-    p, q = target.T
-    one, none = np.ones_like(x), np.zeros_like(x)
-    first = np.stack([x, y, one, none, none, none, -p * x, -p * y, -p], -1)
-    second = np.stack([none, none, none, x, y, one, -q * x, -q * y, -q], -1)
-    return np.linalg.svd(np.concatenate([first, second]))[2][8].reshape(3, 3)
+    return np.linalg.svd(equations(source, target))[2][8].reshape(3, 3)
 
 
 def opencv(source: np.ndarray, target: np.ndarray, method: int) -> np.ndarray:

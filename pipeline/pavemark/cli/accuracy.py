@@ -72,6 +72,14 @@ def accuracy(
     twice = [name for name, _ in cleaned if [other for other, _ in cleaned].count(name) > 1]
     if twice:
         raise InputError("--cleaned", f"{twice[0]} is given twice: another name is allowed")
+    for option, given in (("--images", options["images"]), ("--masks", options["masks"]), ("--methods", methods)):
+        if given is not None and stage in OWN:
+            raise InputError(
+                option, f"says nothing to --stage {stage}: {', '.join(OF_IMAGES)} or {ALL} is allowed with it"
+            )
+    for option, given in (("--masks", options["masks"]), ("--methods", methods), ("--cleaned", cleaned or None)):
+        if given is not None and options["images"] is None:
+            raise InputError(option, NO_IMAGES)
     told: dict = {}
     for text in settings:
         told = merge(told, setting(text))
