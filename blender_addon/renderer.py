@@ -11,7 +11,7 @@ import numpy as np
 from pavemark import files
 from pavemark.ground import Frame
 from pavemark.layers import Layers, read
-from pavemark.plan import Plan
+from pavemark.plan import Pass, Plan
 from pavemark.plate import Plate
 from pavemark.scene import Scene
 
@@ -39,28 +39,31 @@ class BlenderRenderer:
         self.target = bpy.context.scene
 
     def render(self, scene: Scene, plate: Plate, plan: Plan) -> Layers:
-        """The decals of a scene over transparency.
+        """The layers of a scene: one stage and one picture for each pass.
 
         Raises
         ------
         OSError
             When Blender has not written the layers.
         """
+        return Layers(**{made.name: self._layer(made, scene, plan) for made in plan.passes})
+
+    def _layer(self, made: Pass, scene: Scene, plan: Plan) -> np.ndarray:
         frame = scene.plate.frame
-        decals = np.zeros((frame.height, frame.width, 4), np.float32)
+        layer = np.zeros((frame.height, frame.width, 4), np.float32)
         stage = Stage(self.target)
         try:
             stage.camera(frame)
-            window = stage.markings(scene, plan)
+            window = stage.markings(scene, plan, made.hard)
             if window is not None:
                 # Every decal may lie over every other.
-                engine(plan, transparent=len(scene.markings) + 1, threads=self.threads).apply(self.target)
-                decals[window.top : window.bottom, window.left : window.right] = self._rendered(frame, window).decals
+                engine(made, transparent=len(scene.markings) + 1, threads=self.threads).apply(self.target)
+                layer[window.top : window.bottom, window.left : window.right] = self._rendered(frame, window)
         finally:
             stage.clear()
-        return Layers(decals)
+        return layer
 
-    def _rendered(self, frame: Frame, window: Window) -> Layers:
+    def _rendered(self, frame: Frame, window: Window) -> np.ndarray:
         path = files.aside(_MEMORY / "pavemark-layers.exr")
         try:
             Output(frame, window, str(path)).apply(self.target)

@@ -6,7 +6,7 @@ import attrs
 import bpy
 
 from pavemark.ground import Frame
-from pavemark.plan import Plan, Sampling
+from pavemark.plan import Pass, Sampling
 
 from . import versions
 
@@ -74,11 +74,11 @@ class Eevee:
         scene.eevee.taa_render_samples = self.samples
 
 
-def engine(plan: Plan, transparent: int, threads: int) -> Cycles | Eevee:
-    """The engine that a plan calls for, with its settings; see `Cycles`."""
-    if plan.sampling.engine == "eevee":
-        return Eevee(plan.samples, plan.sampling.width)
-    return Cycles(plan.samples, transparent, threads, plan.sampling)
+def engine(made: Pass, transparent: int, threads: int) -> Cycles | Eevee:
+    """The engine that a pass calls for, with its settings; see `Cycles`."""
+    if made.sampling.engine == "eevee":
+        return Eevee(made.samples, made.sampling.width)
+    return Cycles(made.samples, transparent, threads, made.sampling)
 
 
 def _exact(scene: bpy.types.Scene, threads: int) -> None:

@@ -65,8 +65,13 @@ class Stage:
         mesh.materials.append(material)
         self._add("Pavemark ground", mesh)
 
-    def markings(self, scene: Scene, plan: Plan) -> Window | None:
+    def markings(self, scene: Scene, plan: Plan, hard: bool) -> Window | None:
         """Every marking as curves to edit and a decal that shows them, later ones above earlier ones.
+
+        Parameters
+        ----------
+        hard : bool
+            Whether rays find the edges; see `pavemark.plan.Pass.hard`.
 
         Returns
         -------
@@ -75,7 +80,9 @@ class Stage:
         """
         painted = np.zeros((scene.plate.frame.height, scene.plate.frame.width), bool)
         for number, marking in enumerate(scene.markings):
-            painted |= self._marking(f"Marking {number} {marking.kind}", marking, scene, plan, number)
+            painted |= self._marking(
+                f"Marking {number} {marking.kind}", marking, scene, plan.colour, plan.nodes[number], hard, number
+            )
         rows, columns = (np.flatnonzero(painted.any(axis)) for axis in (1, 0))
         if not len(rows):
             return None
@@ -86,25 +93,26 @@ class Stage:
         bpy.data.batch_remove(self._data)
         bpy.data.collections.remove(self.collection)
 
-    def _marking(self, name: str, marking: Marking, scene: Scene, plan: Plan, number: int) -> np.ndarray:
+    def _marking(
+        self, name: str, marking: Marking, scene: Scene, colour: str, effects: tuple[str, ...], hard: bool, number: int
+    ) -> np.ndarray:
         frame = scene.plate.frame
         height = decals.LIFT * (number + 1)
         for make, parts in ((curves.strokes, marking.strokes), (curves.areas, marking.areas)):
             if parts:
                 self._add(name, make(name, marking, height)).hide_render = True
         shape = outline(marking, scene.curvature)
-        effects = plan.nodes[number]
         values = sheet(shape, frame, scene.tyres if {"wear", "dirt"} & set(effects) else None, "wear" in effects)
         painted = values[..., COVERAGE] > 0
-        if plan.hard:
+        if hard:
             mesh = decals.hard(name, shape, frame, height)
             values[..., COVERAGE] = 1.0
         else:
             mesh = decals.pixels(name, values[..., COVERAGE], frame, height)
         image = sheets.load(name, values, frame)
         self._keep(image.image)
-        colour = marking.paint.ratio if plan.colour == "ratio" else _emitted(marking.paint)
-        mesh.materials.append(self._keep(paint.material(name, marking.paint, colour, effects, image)))
+        shown = marking.paint.ratio if colour == "ratio" else _emitted(marking.paint)
+        mesh.materials.append(self._keep(paint.material(name, marking.paint, shown, effects, image)))
         self._add(name, mesh)
         return painted
 

@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 
 from pavemark.ground import Frame
-from pavemark.plan import plan
+from pavemark.plan import Pass, plan
 from pavemark.plate import Plate
 from pavemark.scene import Blend, Curvature, Marking, Paint, PlateRef, Scene, Slot, Stroke
 
@@ -101,7 +101,7 @@ def together(first: Scene, *others: Scene) -> Scene:
 
 def rendered(renderer, scene: Scene, samples: int = 1) -> np.ndarray:
     """The decals (H, W, 4) that a renderer draws of a scene, with so many rays a pixel."""
-    planned = attrs.evolve(plan(scene), samples=samples)
+    planned = attrs.evolve(plan(scene), passes=(Pass("decals", samples),))
     return renderer.render(scene, plate(scene.plate.frame), planned).decals
 
 

@@ -20,17 +20,17 @@ class Layers:
 
     Attributes
     ----------
-    decals : ndarray (H, W, 4) float32
+    decals : ndarray (H, W, 4) float32, or None
         Premultiplied R, G, B and alpha, linear light: all markings over transparency. The colours are reflectance
         ratios to the ground (1 = as the ground) when the scene's blend method is "reflectance", and absolute
         linear-light RGB, 0 to 1, otherwise.
     """
 
-    decals: np.ndarray
+    decals: np.ndarray | None = None
 
 
-def read(path: Path) -> Layers:
-    """The layers of a multilayer EXR that Blender wrote.
+def read(path: Path) -> np.ndarray:
+    """What Blender rendered into a multilayer EXR: R, G, B and alpha (H, W, 4) float32, linear light, premultiplied.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def read(path: Path) -> Layers:
         source.close()
     # The view layer's name stands before the pass's.
     picked = [next(i for i, name in enumerate(names) if name.endswith(f"Combined.{channel}")) for channel in "RGBA"]
-    return Layers(np.ascontiguousarray(pixels[..., picked]))
+    return np.ascontiguousarray(pixels[..., picked])
 
 
 class Renderer(Protocol):

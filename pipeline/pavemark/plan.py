@@ -16,7 +16,7 @@ FILTERS = ("box", "gaussian", "blackman-harris")
 
 @attrs.frozen
 class Sampling:
-    """How the renderer finds what a pixel shows. No scene calls for anything but the defaults yet.
+    """How the renderer finds what a pixel shows.
 
     Attributes
     ----------
@@ -46,35 +46,48 @@ class Sampling:
 
 
 @attrs.frozen
-class Plan:
-    """What has to be done for one scene.
+class Pass:
+    """A picture that the renderer makes.
 
     Attributes
     ----------
-    renders : bool
-        Whether Blender's renderer is started at all.
-    colour : str
-        "ratio" or "absolute": which of a paint's two colours the decals carry.
+    name : str
+        The field of `pavemark.layers.Layers` that it fills.
     samples : int
-        Rays a pixel. One, with analytic coverage, as no scene simulates light transport yet.
-    nodes : tuple of tuple of str
-        For each marking the effects for which shader nodes are built.
-    steps : tuple of str
-        Steps after rendering, in order: "optics", "blend", "brightness", "noise".
+        Rays a pixel.
     sampling : Sampling
     """
 
-    renders: bool
-    colour: str
-    samples: int
-    nodes: tuple[tuple[str, ...], ...]
-    steps: tuple[str, ...]
+    name: str
+    samples: int = 1
     sampling: Sampling = Sampling()
 
     @property
     def hard(self) -> bool:
         """Whether samples find the edges and coverage is not used."""
         return self.samples > 1 or self.sampling.hard
+
+
+@attrs.frozen
+class Plan:
+    """What has to be done for one scene.
+
+    Attributes
+    ----------
+    passes : tuple of Pass
+        What the renderer makes; without any it is not started.
+    colour : str
+        "ratio" or "absolute": which of a paint's two colours the decals carry.
+    nodes : tuple of tuple of str
+        For each marking the effects for which shader nodes are built.
+    steps : tuple of str
+        Steps after rendering, in order: "optics", "blend", "brightness", "noise".
+    """
+
+    passes: tuple[Pass, ...]
+    colour: str
+    nodes: tuple[tuple[str, ...], ...]
+    steps: tuple[str, ...]
 
 
 def plan(scene: Scene) -> Plan:
@@ -93,9 +106,8 @@ def plan(scene: Scene) -> Plan:
     steps += [step for step in ("brightness", "noise") if getattr(scene, step) is not None]
     ratio = painted and scene.blend.method == "reflectance"
     return Plan(
-        renders=painted,
+        passes=(Pass("decals"),) * painted,
         colour="ratio" if ratio else "absolute",
-        samples=1,
         nodes=tuple(paint_effects(marking.paint) for marking in scene.markings),
         steps=tuple(steps),
     )

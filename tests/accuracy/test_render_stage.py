@@ -30,12 +30,13 @@ class Darts:
         frame = scene.plate.frame
         shape = outline(scene.markings[0], scene.curvature)
         share = coverage(shape, frame)
-        if plan.hard:
-            rng = np.random.default_rng(plan.sampling.seed)
+        (decals,) = plan.passes
+        if decals.hard:
+            rng = np.random.default_rng(decals.sampling.seed)
             shapely.prepare(shape)
             row, column = np.nonzero((share > 0) & (share < 1))
             corner = np.stack([column, row], -1)[:, None]
-            thrown = frame.to_world(corner + rng.random((len(row), plan.samples, 2)))
+            thrown = frame.to_world(corner + rng.random((len(row), decals.samples, 2)))
             share[row, column] = shapely.contains_xy(shape, thrown[..., 0], thrown[..., 1]).mean(1)
         colour = to_linear(np.array(scene.markings[0].paint.rgb))
         return Layers(np.concatenate([share[..., None] * colour, share[..., None]], -1).astype(np.float32))

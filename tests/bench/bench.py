@@ -87,7 +87,7 @@ def _opencv(bench: Bench, numbers: range) -> list[float]:
     cv2.setNumThreads(1)
     for scene, entry in bench.scenes(numbers):
         plate = make_plate(entry.image, entry.mask, job.pixels_per_metre, job.mask, job.inpainter)
-        if plan(scene).renders:
+        if plan(scene).passes:
             start = time.perf_counter()
             composite(scene, plate)
             seconds.append(time.perf_counter() - start)

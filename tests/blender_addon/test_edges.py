@@ -10,7 +10,7 @@ import shapely
 from pavemark.geometry.coverage import coverage
 from pavemark.geometry.outline import outline
 from pavemark.ground import Frame
-from pavemark.plan import Sampling, plan
+from pavemark.plan import Pass, Sampling, plan
 from pavemark.scene import Curvature, Marking, Scene, Stroke
 from scenes import WHITE, plate, rendered, row
 
@@ -27,7 +27,7 @@ def lines(count: int, curvature: Curvature | None, frame: Frame | None = None) -
 
 
 def alpha(renderer, scene: Scene, samples: int = 1, **sampling) -> np.ndarray:
-    planned = attrs.evolve(plan(scene), samples=samples, sampling=Sampling(**sampling))
+    planned = attrs.evolve(plan(scene), passes=(Pass("decals", samples, Sampling(**sampling)),))
     return renderer.render(scene, plate(scene.plate.frame), planned).decals[..., 3]
 
 
@@ -76,7 +76,9 @@ def test_denoising_softens_what_was_sharp(renderer):
     scene = lines(6, None, Frame(100, 100, 10))
     sharp, soft = (
         renderer.render(
-            scene, plate(scene.plate.frame), attrs.evolve(plan(scene), samples=4, sampling=Sampling(denoise=denoise))
+            scene,
+            plate(scene.plate.frame),
+            attrs.evolve(plan(scene), passes=(Pass("decals", 4, Sampling(denoise=denoise)),)),
         ).decals[..., :3]
         for denoise in (False, True)
     )

@@ -73,7 +73,7 @@ def test_nothing_is_left_behind(renderer):
 def test_only_listed_effects_build_nodes(renderer):
     scene = row(plate(), n=1)
     stage = Stage(bpy.context.scene)
-    stage.markings(scene, plan(scene))
+    stage.markings(scene, plan(scene), hard=False)
     trees = [material.node_tree for material in bpy.data.materials if material.name.startswith("Marking")]
     kinds = {node.bl_idname for tree in trees for node in tree.nodes}
     stage.clear()
@@ -90,12 +90,12 @@ def test_the_ground_plane_shows_the_plate_and_both_routes_agree(renderer, frame,
     stage = Stage(target)
     stage.camera(frame)
     stage.ground(background)
-    stage.markings(scene, plan(scene))
+    stage.markings(scene, plan(scene), hard=False)
     Cycles(transparent=4).apply(target)
     Output(frame, Window(0, 0, frame.width, frame.height), str(tmp_path / "whole.exr")).apply(target)
     bpy.ops.render.render(write_still=True)
     stage.clear()
-    whole = read(tmp_path / "whole.exr").decals[..., :3]
+    whole = read(tmp_path / "whole.exr")[..., :3]
     share = background.image / 255
     linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
     over = apart[..., :3] + (1 - apart[..., 3:]) * linear
@@ -120,7 +120,7 @@ def test_layers_of_a_killed_process_are_swept():
 def test_beside_every_decal_lie_its_curves_unbent_and_out_of_the_render():
     scene = row(plate(), n=2, curvature=Curvature(150, 0.4, 1))
     stage = Stage(bpy.context.scene)
-    stage.markings(scene, plan(scene))
+    stage.markings(scene, plan(scene), hard=False)
     drawn = {shown.type: shown for shown in stage.collection.objects}
     read = curves.read_strokes(drawn["CURVE"].data)
     hidden, rendered = drawn["CURVE"].hide_render, not drawn["MESH"].hide_render

@@ -55,7 +55,7 @@ def again(path, renderer):
         DEMO / f"images/{name}.jpg", DEMO / f"masks/{name}.png", 60.0, MaskTable(ground=(0,)), "navier-stokes"
     )
     assert plate.sha256 == scene.plate.sha256
-    return scene, plate, renderer.render(scene, plate, plan(scene)) if plan(scene).renders else None
+    return scene, plate, renderer.render(scene, plate, plan(scene)) if plan(scene).passes else None
 
 
 def test_a_scene_and_its_plate_redo_the_image_to_the_bit(dataset, renderer):

@@ -38,7 +38,7 @@ def test_paint_has_the_gaps_of_real_paint(renderer):
         scene = attrs.evolve(randomize(ground, index, 5, domains, (), BLUR), noise=None, brightness=None)
         scene = attrs.evolve(scene, markings=tuple(m for m in scene.markings if m.kind == "slot"))
         todo = plan(scene)
-        if todo.renders:
+        if todo.passes:
             image = compose(scene, todo, ground, renderer.render(scene, ground, todo))
             grey = np.abs(image.astype(float) - ground.image).mean(2)
             shares += gaps(grey, lines(truth(scene, ground.ground)))

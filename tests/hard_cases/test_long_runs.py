@@ -111,7 +111,7 @@ def test_2000_renders_in_a_process_drift_in_neither_pixels_nor_memory_nor_time(r
     domains = records.structure(Domains, preset("default"), "default.toml")
     ground = plate(Frame(96, 96, 12), texture=6)
     drawn = (randomize(ground, number, 7, domains, (), ((0.9, 0.9), (0.9, 0.9))) for number in range(10 * SCENES))
-    scenes = [scene for scene in drawn if plan(scene).renders][:SCENES]
+    scenes = [scene for scene in drawn if plan(scene).passes][:SCENES]
     assert len(scenes) == SCENES
 
     def made(scene):

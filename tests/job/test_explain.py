@@ -23,7 +23,7 @@ def test_effects_passes_and_steps(tmp_path):
     assert told["index"] == 17 and len(told["slots"]) == 3
     assert told["markings"][0]["effects"] == {"dirt": {"size": 0.25, "strength": 0.5, "seed": 3.0}}
     assert told["effects"]["brightness"] == {"factor": 0.75}
-    assert told["passes"] == [{"name": "decals", "colour": "ratio", "samples": 1}]
+    assert told["passes"] == [{"name": "decals", "samples": 1}]
     assert told["steps"] == ["blend", "brightness"]
     assert {"grain", "wear", "noise", "curvature", "optics"} <= set(told["without"])
     assert not {"dirt", "blend", "brightness"} & set(told["without"])

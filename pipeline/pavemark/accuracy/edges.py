@@ -16,7 +16,7 @@ from pavemark.colour import LINEAR, quantise, to_display, to_linear
 from pavemark.geometry.outline import outline
 from pavemark.ground import Frame
 from pavemark.layers import Renderer
-from pavemark.plan import Sampling, plan
+from pavemark.plan import Pass, Sampling, plan
 from pavemark.scene import Scene
 
 FRESH, WORN = "fresh paint", "worn paint"
@@ -52,7 +52,7 @@ def work(make: Callable[[], Renderer], problem: str, frame: Frame, setting: Sett
     if not problem:
         return renderer.version, spent()
     shown = scene(problem, frame)
-    planned = attrs.evolve(plan(shown), samples=setting.samples, sampling=setting.sampling)
+    planned = attrs.evolve(plan(shown), passes=(Pass("decals", setting.samples, setting.sampling),))
     return renderer.render(shown, marked.asphalt(frame), planned).decals
 
 

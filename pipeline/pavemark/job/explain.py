@@ -40,13 +40,14 @@ def explanation(scene: Scene) -> dict[str, Any]:
     ]
     effects = {name: attrs.asdict(effect) for name in SCENE_EFFECTS if (effect := getattr(scene, name)) is not None}
     called = {name for nodes in todo.nodes for name in nodes} | effects.keys()
-    passes = [{"name": "decals", "colour": todo.colour, "samples": todo.samples}] if todo.renders else []
+    passes = [{"name": each.name, "samples": each.samples} for each in todo.passes]
     return {
         "index": scene.index,
         "plate": attrs.asdict(scene.plate),
         "slots": [{"kind": slot.kind, "outline": slot.outline, "marks": slot.marks} for slot in scene.slots],
         "markings": markings,
         "effects": effects,
+        "colour": todo.colour,
         "passes": passes,
         "steps": list(todo.steps),
         "without": [name for name in (*PAINT_EFFECTS, *SCENE_EFFECTS) if name not in called],
@@ -82,13 +83,11 @@ def explain(path: Path) -> str:
         _line("slots", _counted(f"{slot.kind}, {slot.outline}, {'/'.join(slot.marks)}" for slot in scene.slots)),
     ]
     for number, marking in enumerate(told["markings"], 1):
-        lines += ["", _line(f"marking {number}", _marking(marking, told["passes"][0]["colour"]))]
+        lines += ["", _line(f"marking {number}", _marking(marking, told["colour"]))]
         lines += [_line(f"  {name}", _parameters(effect)) for name, effect in marking["effects"].items()]
     lines += ["", _line("whole image", "" if told["effects"] else "no effect")]
     lines += [_line(f"  {name}", _parameters(effect)) for name, effect in told["effects"].items()]
-    passes = [
-        f"{each['name']}, colours as {each['colour']}, {each['samples']} sample a pixel" for each in told["passes"]
-    ]
+    passes = [f"{each['name']}, {each['samples']} sample a pixel" for each in told["passes"]]
     lines += [
         "",
         _line("passes", "; ".join(passes) or "none: Blender is not started"),

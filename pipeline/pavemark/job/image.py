@@ -101,7 +101,7 @@ def make_image(
         scene = randomize(plate, index, job.seed, job, ground.original, ground.blur)
         todo = plan(scene)
     with timings.stage("render"):
-        layers = renderer.render(scene, plate, todo) if todo.renders else None
+        layers = renderer.render(scene, plate, todo) if todo.passes else None
     with timings.stage("compose"):
         pixels = compose(scene, todo, plate, layers)
     with timings.stage("labels"):
