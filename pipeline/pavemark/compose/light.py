@@ -16,8 +16,8 @@ from pavemark.layers import Layers
 from pavemark.light import Glare, Relief, Shadows, Wet
 from pavemark.plate import Plate
 
-FAINTEST = 1e-3
-"""Share of the light that cannot show: less than half a level of white (2.4 · 0.5 / 255 is five times that)."""
+FAINTEST = 1e-4
+"""Light, or share of it, that cannot show: on black ground it would be a third of a level."""
 
 
 def relief(image: np.ndarray, plate: Plate, layers: Layers, effect: Relief) -> np.ndarray:
