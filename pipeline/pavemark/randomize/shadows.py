@@ -28,7 +28,7 @@ _TRIES = 60
 _MOST = 3
 """Casters of an image."""
 
-_LAMP = ((3.5, 7.0), (0.05, 0.25), (2.0, 6.0))
+_LAMP = ((4.0, 9.0), (0.05, 0.25), (6.0, 14.0))
 """Height and radius of a lamp, and how far off the frame's middle it may hang: metres."""
 
 
@@ -83,11 +83,12 @@ def _lamp(rng: np.random.Generator) -> Lamp:
 
 
 def _caster(rng: np.random.Generator, kinds: tuple[str, ...], frame: Frame, source: Sun | Lamp) -> Caster | None:
-    """Something that stands outside the frame and whose shadow ends within it; None where none was found."""
+    """Something that stands outside the frame and whose shadow reaches into it; None where none was found."""
     for _ in range(_TRIES):
         kind = kinds[int(rng.random() * len(kinds))]
         length, width, height = (uniform(rng, interval) for interval in _SIZES[kind])
-        tip = (rng.random(2) - 0.5) * frame.size
+        # What is wide shades the frame even where the middle of its shadow ends beside it.
+        tip = (rng.random(2) - 0.5) * (np.asarray(frame.size) + min(length, width))
         turn, seed = uniform(rng, (-np.pi, np.pi)), int(rng.integers(2**31))
         foot = _foot(source, tip, height)
         if foot is None:
