@@ -22,7 +22,7 @@ from pavemark.job.worker import installed_renderer
 INCOMPLETE = 1
 
 ALL = "all"
-OWN, OF_IMAGES = ("render", "blend", "geometry"), ("inpaint", "residue")
+OWN, OF_IMAGES = ("render", "effects", "blend", "geometry"), ("inpaint", "residue")
 STAGES = (*OWN, *OF_IMAGES, ALL)
 
 PAGE = "report.html"
@@ -139,10 +139,11 @@ def _judges(
 ) -> dict[str, Callable[[], Report]]:
     """What judges each stage for which there is what it needs."""
     # matplotlib and the libraries of rivals take a second to load, and the other commands have no use for them.
-    from pavemark.accuracy import blend, geometry, inpaint, render, traces  # noqa: PLC0415
+    from pavemark.accuracy import blend, effects, geometry, inpaint, render, traces  # noqa: PLC0415
 
     own = {
         "render": lambda: render.report(installed_renderer, quick, runs),
+        "effects": lambda: effects.report(installed_renderer, quick, runs),
         "blend": lambda: blend.report(quick, runs),
         "geometry": lambda: geometry.report(quick, runs),
     }
