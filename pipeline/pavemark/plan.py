@@ -106,7 +106,7 @@ def plan(scene: Scene) -> Plan:
     steps += [step for step in ("brightness", "noise") if getattr(scene, step) is not None]
     ratio = painted and scene.blend.method == "reflectance"
     return Plan(
-        passes=(Pass("decals"),) * painted,
+        passes=(Pass("decals", scene.rays),) * painted,
         colour="ratio" if ratio else "absolute",
         nodes=tuple(paint_effects(marking.paint) for marking in scene.markings),
         steps=tuple(steps),

@@ -28,8 +28,8 @@ from pavemark.ground import Frame
 from pavemark.layers import Layers, Renderer
 from pavemark.plan import PAINT_EFFECTS, Sampling
 from pavemark.plate import Plate
-from pavemark.randomize.domains import Domains
-from pavemark.records import to_json
+from pavemark.randomize.domains import Domains, preset
+from pavemark.records import structure, to_json
 from pavemark.scene import Scene
 
 FRAMES = (Frame(96, 96, 10.0), Frame(96, 96, 22.0), Frame(140, 140, 60.0), Frame(160, 160, 120.0))
@@ -58,6 +58,9 @@ TEXTURE = 3.0
 
 SEED, ANOTHER = 20261124, 1
 """Of the first effects' views, and of the reference's rays; those that are judged have 0."""
+
+PRESET = "default"
+"""Of the layouts, shapes and colours that views are drawn from."""
 
 NAME = "rays.json"
 
@@ -117,15 +120,13 @@ def work(make: Callable[[], Renderer], scene: Scene | None, rays: int, seed: int
     return started(make).version if scene is None else decals(make, scene, Setting(rays, Sampling(seed=seed)))
 
 
-def report(make: Callable[[], Renderer], domains: Domains, quick: bool, watcher: Watcher) -> Report:
+def report(make: Callable[[], Renderer], quick: bool, watcher: Watcher) -> Report:
     """Measure a table: rays.json, calibration.csv and calibration.md.
 
     Parameters
     ----------
     make : callable
         Starts a renderer, in a process that imports it.
-    domains : Domains
-        What layouts, shapes and colours the views are drawn from.
     quick : bool
         With fewer views and rays: it promises less.
     watcher : Watcher
@@ -136,6 +137,7 @@ def report(make: Callable[[], Renderer], domains: Domains, quick: bool, watcher:
         When there is no renderer.
     """
     few, many, most = (QUICK_VIEWS, QUICK_MANY_VIEWS, QUICK_REFERENCE) if quick else (VIEWS, MANY_VIEWS, REFERENCE)
+    domains = structure(Domains, preset(PRESET), PRESET)
     numbers = [rays for rays in NUMBERS if LESS * rays <= most]
     measured: list[Measured] = []
     with Apart(work, "calibrate") as apart, watcher.of(len(FRAMES) * (len(KINDS) * few + 2 * many)):
