@@ -26,6 +26,7 @@ TABLE = Calibration(
         OneRay(20.0, 0.001, **(NONE | {"grain": 0.5, "wear": 0.06, "chips": 0.4})),
         OneRay(60.0, 0.002, **(NONE | {"grain": 0.2, "wear": 0.03, "chips": 0.2})),
     ),
+    together=0.8,
     rays=(Rays(16, 0.05), Rays(64, 0.01), Rays(256, 0.004)),
 )
 ALPHA = Blend("alpha")
@@ -80,23 +81,42 @@ def test_fresh_paint_needs_one_ray():
     assert fewest(0.002 * LEVELS * 0.99) == 256  # as no number in the table meets it
 
 
+WEAR = Wear(0.1, 0.02, 0.1, 0.1, 0.1, 1.0)
+
+
 @pytest.mark.parametrize(("error", "rays"), [(0.031, 1), (0.029, 64), (0.0101, 64), (0.0099, 256)])
 def test_the_fewest_rays_that_meet_it(error, rays):
-    assert fewest(error * LEVELS, wear=Wear(0.1, 0.02, 0.1, 0.1, 0.1, 1.0)) == rays
+    assert fewest(error * LEVELS, wear=WEAR) == rays
 
 
-def test_effects_count_by_their_strength_and_add_up_squared():
-    scene, _ = painted(
-        wear=Wear(0.1, 0.02, 0.1, 0.1, 0.1, 1.0), grain=Grain(0.02, 0.3, 1.0), chips=Chips(0.02, 0.04, 1.0)
-    )
-    assert TABLE.share(scene, 1) == pytest.approx(math.sqrt(0.002**2 + 0.03**2 + (0.2 * 0.3) ** 2 + (0.2 * 0.2) ** 2))
+def share(**paint):
+    return TABLE.share(painted(**paint)[0], 1)
+
+
+def test_effects_count_by_their_strength():
+    assert share(grain=Grain(0.02, 0.3, 1.0)) == pytest.approx(math.hypot(0.002, 0.2 * 0.3))
+    assert share(chips=Chips(0.02, 0.04, 1.0)) == pytest.approx(math.hypot(0.002, 0.2 * 0.2))
+    assert share(wear=attrs.evolve(WEAR, size=0.025)) == pytest.approx(math.hypot(0.002, 0.03 * 2))
+
+
+def test_several_effects_count_by_a_share_of_their_sum_but_not_less_than_the_strongest():
+    even = share(wear=attrs.evolve(WEAR, size=0.05625), chips=Chips(0.02, 0.04, 1.0))  # 0.04 and 0.04
+    assert even == pytest.approx(math.hypot(0.002, 0.8 * math.hypot(0.04, 0.04)))
+    uneven = share(wear=attrs.evolve(WEAR, size=0.05625), chips=Chips(0.02, 0.0001, 1.0))  # 0.04 and 0.002
+    assert uneven == pytest.approx(math.hypot(0.002, 0.04))
+
+
+def test_the_worst_marking_counts():
+    scene, _ = painted()
+    worn = attrs.evolve(scene.markings[0], paint=attrs.evolve(WHITE, wear=WEAR))
+    both = attrs.evolve(scene, markings=(worn, *scene.markings))
+    assert TABLE.share(both, 1) == share(wear=WEAR)
 
 
 def test_between_two_scales_the_worse_one_counts_and_beyond_them_rays_find_the_edges():
-    wear = Wear(0.1, 0.02, 0.1, 0.1, 0.1, 1.0)
-    assert fewest(0.05 * LEVELS, 60.0, wear=wear) == 1
-    assert fewest(0.05 * LEVELS, 59.0, wear=wear) == 16
-    assert fewest(0.05 * LEVELS, 61.0) == fewest(0.05 * LEVELS, 19.0) == 16
+    assert fewest(0.051 * LEVELS, 60.0, wear=WEAR) == 1
+    assert fewest(0.051 * LEVELS, 59.0, wear=WEAR) == 16
+    assert fewest(0.051 * LEVELS, 61.0) == fewest(0.051 * LEVELS, 19.0) == 16
 
 
 def test_brightness_scales_errors_too():

@@ -2,7 +2,8 @@
 
 Errors on edges scale with the contrast of paint and ground; their shares of it hardly depend on the scene. Where rays
 find the edges, the share is that of their number alone. One ray a pixel meets paint of known coverage, so its share is
-that of the paint's effects: each counts by its strength, and all together as errors that know nothing of each other.
+that of the paint's effects: each counts by its strength, and several by a share of their root sum of squares, for their
+worst do not come together.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from pavemark.errors import InputError
 from pavemark.plan import paint_effects
 from pavemark.plate import Plate
 from pavemark.records import from_json, to_json, within
-from pavemark.scene import Blend, Chips, Cracks, Marking, Scene
+from pavemark.scene import Blend, Chips, Cracks, Marking, Paint, Scene, Wear
 
 SHIPPED = "accuracy/rays.json"
 
@@ -84,6 +85,8 @@ class Calibration:
         Factor by which the errors that are told exceed the worst that were measured.
     one_ray : tuple of OneRay
         Ascending by scale.
+    together : float
+        The share of their root sum of squares that several effects come to, but for the strongest alone.
     rays : tuple of Rays
         Ascending, their errors descending.
     """
@@ -92,6 +95,7 @@ class Calibration:
     views: int = attrs.field(validator=within(1, 10**9))
     margin: float = attrs.field(validator=within(1.0, 10.0))
     one_ray: tuple[OneRay, ...]
+    together: float = attrs.field(validator=within(0.0, 1.0))
     rays: tuple[Rays, ...]
 
     def __attrs_post_init__(self) -> None:
@@ -144,13 +148,23 @@ class Calibration:
         above = [row for row in self.one_ray if row.scale >= scale]
         if not (below and above):
             return math.inf
-        return max(_combined(row, marking) for row in (below[-1], above[0]) for marking in scene.markings)
+        return max(
+            _combined(row, self.together, marking) for row in (below[-1], above[0]) for marking in scene.markings
+        )
 
 
-def _combined(row: OneRay, marking: Marking) -> float:
-    paint = marking.paint
-    parts = (getattr(row, name) * STRENGTH[name](getattr(paint, name)) for name in paint_effects(paint))
-    return math.hypot(row.edge, *parts)
+def _combined(row: OneRay, together: float, marking: Marking) -> float:
+    added = parts(row, marking.paint)
+    return math.hypot(row.edge, max([*added, together * math.hypot(*added)]))
+
+
+def parts(row: OneRay, paint: Paint) -> list[float]:
+    """What each effect of a paint adds, a share of the contrast."""
+    return [getattr(row, name) * STRENGTH[name](getattr(paint, name)) for name in paint_effects(paint)]
+
+
+def _worn(wear: Wear) -> float:
+    return math.sqrt(0.1 / wear.size)
 
 
 def _cracked(cracks: Cracks) -> float:
@@ -163,14 +177,14 @@ def _chipped(chips: Chips) -> float:
 
 STRENGTH: dict[str, Callable[..., float]] = {
     "grain": lambda grain: grain.contrast,
-    "wear": lambda wear: 1.0,
+    "wear": _worn,
     "chips": _chipped,
     "cracks": _cracked,
     "dirt": lambda dirt: dirt.strength,
     "pattern": lambda pattern: pattern.strength,
 }
 """How strong an effect is, in the measure that its error was found to follow: chips and cracks by the root of the share
-of paint that they take, wear by none of its numbers."""
+of paint that they take, wear by the fineness of its patches (10 cm: 1) and by no amount."""
 
 
 def contrast(scene: Scene, plate: Plate) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from pavemark.accuracy import calibrate
-from pavemark.accuracy.calibrate import ALL, FRESH, KINDS, MARGIN, Measured, off, tabled
+from pavemark.accuracy.calibrate import FRESH, KINDS, MARGIN, SEVERAL, Measured, off, tabled
 from pavemark.accuracy.views import WIDE, ageing, on_edges, views
 from pavemark.calibration import Calibration
 from pavemark.colour import to_linear
@@ -96,18 +96,19 @@ def test_without_a_renderer_it_is_refused_in_one_line():
 
 
 def some(effects, count=3, frame=FRAME):
-    names = KINDS[effects]
-    return list(islice(views(ageing(Domains(), names), frame, 5), count))
+    return list(islice(views(ageing(Domains(), *KINDS[effects]), frame, 5), count))
 
 
 def test_views_have_edges_and_the_effects_that_were_asked_for():
-    for effects, names in KINDS.items():
+    for effects, (names, rate) in KINDS.items():
         for scene in some(effects, 2):
             assert on_edges(scene).sum() >= 100
             assert scene.plate.frame == FRAME and scene.noise is scene.brightness is scene.optics is None
             of = {paint_effects(marking.paint) for marking in scene.markings if marking.kind != "former"}
-            assert of == {names}
-    assert some(ALL)[0] == some(ALL)[0] != some(ALL)[1]
+            assert of == {names} if rate == 1.0 else of
+    assert some(SEVERAL)[0] == some(SEVERAL)[0] != some(SEVERAL)[1]
+    drawn = [paint_effects(marking.paint) for scene in some(SEVERAL, 8) for marking in scene.markings]
+    assert {name for effects in drawn for name in effects} == set(PAINT_EFFECTS) != set(drawn[0])
 
 
 def test_effects_are_drawn_wider_than_by_default():
@@ -127,7 +128,8 @@ def test_the_worst_of_each_counts_with_the_margin():
     ]
     for name in set(PAINT_EFFECTS) - {"grain"}:
         measured += [Measured(name, some(name, 1)[0], 1, 10.0, 0.02)]
-    measured += [Measured(ALL, fresh[0], rays, 10.0, error) for rays, error in ((16, 0.5), (64, 0.1), (16, 0.7))]
+    several = some(SEVERAL, 1)[0]
+    measured += [Measured(SEVERAL, several, rays, 10.0, e) for rays, e in ((16, 0.5), (64, 0.1), (16, 0.7), (1, 0.0))]
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(calibrate, "FRAMES", (FRAME,))
         table = tabled(measured, "by hand")
@@ -139,6 +141,7 @@ def test_the_worst_of_each_counts_with_the_margin():
     )
     assert one.grain == pytest.approx(MARGIN * wanted, rel=5e-3)
     assert one.dirt == 0.0  # no worse than fresh paint
+    assert table.together == 0.0  # several were nothing
     assert [(row.number, row.error) for row in table.rays] == [
         (16, pytest.approx(MARGIN * 0.07, rel=5e-3)),
         (64, pytest.approx(MARGIN * 0.01, rel=5e-3)),
@@ -150,3 +153,22 @@ def test_off_is_the_root_mean_square_over_edges():
     image = truth + np.array([[[3.0, 4.0, 0.0]], [[9.0, 9.0, 9.0]]])
     edge = np.array([[True, True], [False, False]])
     assert off(image, truth, edge) == pytest.approx(math.sqrt(25 / 3))
+
+
+def test_several_effects_come_to_the_share_of_the_worst_view():
+    mixed = [scene for scene in some(SEVERAL, 6) if all(len(paint_effects(m.paint)) > 1 for m in scene.markings)]
+    measured = [Measured(FRESH, some(FRESH, 1)[0], 1, 10.0, 0.0)]
+    measured += [Measured(name, some(name, 1)[0], 1, 10.0, 0.2) for name in PAINT_EFFECTS]
+    measured += [Measured(SEVERAL, scene, 1, 10.0, 0.0) for scene in mixed]
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(calibrate, "FRAMES", (FRAME,))
+        none = tabled([*measured, Measured(SEVERAL, mixed[0], 16, 10.0, 1.0)], "by hand")
+        whole = attrs.evolve(none, together=1.0)
+        error = 0.9 * 10.0 * whole.share(mixed[0], 1) / MARGIN
+        some_of_it = tabled(
+            [*measured, Measured(SEVERAL, mixed[0], 16, 10.0, 1.0), Measured(SEVERAL, mixed[0], 1, 10.0, error)],
+            "by hand",
+        )
+    assert none.together == 0.0 and none.share(mixed[0], 1) < whole.share(mixed[0], 1)
+    assert some_of_it.together == pytest.approx(0.9, abs=2e-3)
+    assert 10.0 * some_of_it.share(mixed[0], 1) == pytest.approx(MARGIN * error, rel=2e-3)

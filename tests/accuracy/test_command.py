@@ -81,7 +81,10 @@ def test_a_report_of_residue_beside_what_others_have_cleaned(folders, accuracy):
     [
         (["--methods", "lama"], "inpainter = 'lama': allowed patchmatch"),
         (["--methods", ","], "--methods: it is empty: allowed patchmatch"),
-        (["--stage", "taste"], "'taste' is not one of 'render', 'blend', 'geometry', 'inpaint', 'residue', 'all'"),
+        (
+            ["--stage", "taste"],
+            "'taste' is not one of 'render', 'blend', 'geometry', 'labels', 'inpaint', 'residue', 'all'",
+        ),
         (["--stage", "residue", "--cleaned", "here"], "'here': allowed is NAME=DIR"),
         (["--stage", "residue", "--cleaned", "x=/nowhere"], "/nowhere: cannot be listed"),
         (["--scale", "0"], "scale = 0.0: allowed 1 to 10000"),

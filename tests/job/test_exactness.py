@@ -30,7 +30,10 @@ def table(tmp_path):
 
 
 def rays(out):
-    return [json.loads(path.read_text()).get("rays", 1) for path in sorted((out / "scenes").iterdir())]
+    """Of each image that has paint; some of these small ones have no room for any."""
+    scenes = [json.loads(path.read_text()) for path in sorted((out / "scenes").iterdir())]
+    assert all("rays" not in scene for scene in scenes if "markings" not in scene)
+    return [scene.get("rays", 1) for scene in scenes if "markings" in scene]
 
 
 def refused(capfd, *words):
@@ -50,13 +53,13 @@ def test_a_smaller_error_takes_more_rays_and_nothing_else_changes(job, tmp_path)
         asked = () if error == "none" else ("--max-error", error)
         assert pavemark(*job, *asked, "--out", outs[error]).returncode == 0
     found = {error: rays(out) for error, out in outs.items()}
-    assert found["none"] == found["200"] == [1] * 4
+    assert found["none"] == found["200"] == [1] * len(found["1"]) != []
     assert min(found["1"]) > 1 and sum(found["1"]) > sum(found["4"])
     plain, exact = (contents(outs[error]) for error in ("none", "1"))
     for name in plain:
         if name.startswith("scenes/"):
             scene = json.loads(exact[name])
-            assert scene.pop("rays") > 1 and scene == json.loads(plain[name])
+            assert (scene.pop("rays", 1) > 1) == ("markings" in scene) and scene == json.loads(plain[name])
         elif name != "job.json":
             assert exact[name] == plain[name], "this renderer is exact with any number of rays"
     assert not {"max_error", "calibration", "rays"} & json.loads(plain["job.json"]).keys()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 
 import attrs
@@ -22,7 +22,7 @@ from pavemark.accuracy.table import as_csv, markdown
 from pavemark.accuracy.views import ageing, on_edges, views
 from pavemark.accuracy.watcher import Watcher
 from pavemark.accuracy.work_precision import short
-from pavemark.calibration import STRENGTH, Calibration, OneRay, Rays, contrast
+from pavemark.calibration import STRENGTH, Calibration, OneRay, Rays, contrast, parts
 from pavemark.compose import blend
 from pavemark.ground import Frame
 from pavemark.layers import Layers, Renderer
@@ -48,7 +48,7 @@ VIEWS, QUICK_VIEWS = 12, 2
 """For each effect and scale, with one ray."""
 
 MANY_VIEWS, QUICK_MANY_VIEWS = 3, 1
-"""For each scale, fresh and with all effects, with many rays."""
+"""For each scale, fresh and with several effects, with many rays."""
 
 MARGIN = 1.25
 """Factor on the worst that was measured: a view that was not may be worse."""
@@ -64,10 +64,10 @@ PRESET = "default"
 
 NAME = "rays.json"
 
-FRESH, ALL = "fresh", "all"
+FRESH, SEVERAL = "fresh", "several"
 
-KINDS = {FRESH: (), **{name: (name,) for name in PAINT_EFFECTS}, ALL: PAINT_EFFECTS}
-"""The effects that views are drawn with."""
+KINDS = {FRESH: ((), 1.0), **{name: ((name,), 1.0) for name in PAINT_EFFECTS}, SEVERAL: (PAINT_EFFECTS, 0.6)}
+"""The effects that views are drawn with, and the share of markings that has each of them."""
 
 
 @attrs.frozen(eq=False)
@@ -142,9 +142,9 @@ def report(make: Callable[[], Renderer], quick: bool, watcher: Watcher) -> Repor
     measured: list[Measured] = []
     with Apart(work, "calibrate") as apart, watcher.of(len(FRAMES) * (len(KINDS) * few + 2 * many)):
         renderer = apart(make, None, 0, 0).value
-        for seed, (frame, (effects, names)) in enumerate(itertools.product(FRAMES, KINDS.items()), SEED):
-            tasks = [((1,), ONE_REFERENCE)] * few + [(numbers, most)] * (many if effects in (FRESH, ALL) else 0)
-            for task, scene in zip(tasks, views(ageing(domains, names), frame, seed), strict=False):
+        for seed, (frame, effects) in enumerate(itertools.product(FRAMES, KINDS), SEED):
+            tasks = [((1,), ONE_REFERENCE)] * few + [(numbers, most)] * (many if effects in (FRESH, SEVERAL) else 0)
+            for task, scene in zip(tasks, views(ageing(domains, *KINDS[effects]), frame, seed), strict=False):
                 measured += _judged(scene, effects, *task, partial(_drawn, apart, make))
                 watcher.step(False)
     table = tabled(measured, renderer)
@@ -183,11 +183,13 @@ def tabled(measured: Sequence[Measured], renderer: str) -> Calibration:
     single = [one for one in measured if one.rays == 1]
     numbers = sorted({one.rays for one in measured} - {1})
     versions = {"numpy": np.__version__, "opencv": cv2.__version__, "scipy": scipy.__version__}
+    one_ray = tuple(_one_ray([one for one in single if one.scale == frame.scale]) for frame in FRAMES)
     return Calibration(
         versions={"pavemark": __version__, "renderer": renderer, **versions},
         views=len({id(one.scene) for one in measured}),
         margin=MARGIN,
-        one_ray=tuple(_one_ray([one for one in single if one.scale == frame.scale]) for frame in FRAMES),
+        one_ray=one_ray,
+        together=_together([one for one in single if one.effects == SEVERAL], {row.scale: row for row in one_ray}),
         rays=tuple(
             Rays(number, _rounded(max(one.share for one in measured if one.rays == number))) for number in numbers
         ),
@@ -206,6 +208,19 @@ def _one_ray(of: Sequence[Measured]) -> OneRay:
         for name in PAINT_EFFECTS
     }
     return OneRay(of[0].scale, _rounded(max(fresh)), **{name: _rounded(share) for name, share in added.items()})
+
+
+def _together(several: Sequence[Measured], one_ray: Mapping[float, OneRay]) -> float:
+    """What share of the root sum of squares of their effects the worst view comes to, that the strongest does not."""
+    shares = [0.0]
+    for one in several:
+        added = max(
+            (parts(one_ray[one.scale], marking.paint) for marking in one.scene.markings),
+            key=lambda row: math.hypot(*row),
+        )
+        if added and MARGIN * one.share > max(added):
+            shares.append(MARGIN * one.share / math.hypot(*added))
+    return min(1.0, float(f"{max(shares):.3g}"))
 
 
 def _rounded(share: float) -> float:
@@ -230,7 +245,7 @@ def _told(table: Calibration, rows: Sequence[Row]) -> str:
         "# Rays: what they promise",
         f"Errors on edges of paint (root mean square, shares of the contrast of paint and ground) in {table.views} "
         f"views of drawn scenes, the worst times {MARGIN:g}; {table.versions['renderer']}. An effect counts by its "
-        "strength, effects add up squared.",
+        f"strength, and several by {table.together:g} of their root sum of squares, or the strongest.",
         machine(),
         markdown(
             ("one ray a pixel, at", "edge", *PAINT_EFFECTS),

@@ -39,9 +39,9 @@ WIDE = texture.Ranges(
 """What the effects may be, wider than in any preset, so that a job may go beyond the presets too."""
 
 
-def ageing(domains: Domains, effects: tuple[str, ...]) -> Domains:
-    """Domains in which every marking has these effects, of any strength, and no other."""
-    rates = {name: attrs.evolve(getattr(WIDE, name), rate=float(name in effects)) for name in PAINT_EFFECTS}
+def ageing(domains: Domains, effects: tuple[str, ...], rate: float = 1.0) -> Domains:
+    """Domains in which a share of markings has each of these effects, of any strength, and no other."""
+    rates = {name: attrs.evolve(getattr(WIDE, name), rate=rate if name in effects else 0.0) for name in PAINT_EFFECTS}
     former = attrs.evolve(domains.texture.former, rate=0.5 if "wear" in effects else 0.0)
     return attrs.evolve(
         domains,
