@@ -31,10 +31,10 @@ EACH = attrs.evolve(USUAL, layout=attrs.evolve(USUAL.layout, empty_rate=0.0), te
 def cases():
     """Pieces of scenes with their grounds: as drawn by default, by the paper, and as worn as can be."""
     drawn = (
-        (attrs.evolve(EACH, texture=USUAL.texture), Frame(96, 150, 22.7), 120, None, 3),
-        (EACH, Frame(110, 110, 41.0), 70, Brightness(1.4), 2),
-        (WORST, Frame(120, 90, 60.0), 150, Brightness(0.6), 1),
-        (PAPER, Frame(100, 80, 33.0), 90, None, 1),
+        (attrs.evolve(EACH, texture=USUAL.texture), Frame(96, 150, 22.7), 120, None, 4),
+        (EACH, Frame(110, 110, 41.0), 70, Brightness(1.4), 3),
+        (WORST, Frame(120, 90, 60.0), 150, Brightness(0.6), 2),
+        (PAPER, Frame(100, 80, 33.0), 90, None, 2),
     )
     for number, (domains, frame, tone, light, count) in enumerate(drawn):
         ground = plate(frame, tone=tone, texture=4.0)
