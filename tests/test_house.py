@@ -12,6 +12,7 @@ ALL = [*sorted(PACKAGE.rglob("*.py")), *sorted((ROOT / "blender_addon").rglob("*
 FOUNDATION = {
     "records",
     "ground",
+    "light",
     "scene",
     "plan",
     "plate",
@@ -37,6 +38,7 @@ MAY_IMPORT = {
 }
 BLENDER_MAY_IMPORT = {
     "cameras",
+    "light",
     "scene",
     "ground",
     "plan",

@@ -126,7 +126,8 @@ class Calibration:
             The scene's.
         error : float
             Root mean square over the pixels that an edge of paint crosses and over the channels, in 8-bit levels of
-            the finished image but for its noise; at least `least`.
+            the finished image but for its noise; at least `least`. What simulates light has rays of its own, which
+            are no part of it.
         """
         if not scene.markings:
             return 1

@@ -13,7 +13,7 @@ from pavemark.accuracy.edges import SHARE
 from pavemark.geometry.coverage import coverage
 from pavemark.geometry.outline import outline
 from pavemark.ground import Frame
-from pavemark.plan import PAINT_EFFECTS
+from pavemark.plan import LIGHT, PAINT_EFFECTS
 from pavemark.randomize import texture
 from pavemark.randomize.domains import Domains
 from pavemark.randomize.scene import randomize
@@ -98,15 +98,14 @@ def _moved(scene: Scene, centre: np.ndarray) -> Scene:
             ),
         )
 
+    dropped = dict.fromkeys((*LIGHT, "optics", "brightness", "noise"))
     tyres = scene.tyres and attrs.evolve(scene.tyres, tracks=_each(scene.tyres.tracks, path))
     return attrs.evolve(
         scene,
         markings=_each(scene.markings, marking),
         slots=(),
         tyres=tyres,
-        optics=None,
-        brightness=None,
-        noise=None,
+        **dropped,
     )
 
 

@@ -102,7 +102,7 @@ class Job(Domains, Inputs):
         Label formats to write.
     max_error : float or None
         Most that edges of markings may be off in an image, in 8-bit levels: each image is rendered with the fewest
-        rays that a table promises this of, see `pavemark.calibration`. None: one ray a pixel.
+        rays that a table promises this of, see `pavemark.calibration`. None: one ray a pixel. Light has its own.
     calibration : str or None
         File of that table. None: the one that ships.
     """
