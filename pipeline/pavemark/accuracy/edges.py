@@ -48,16 +48,25 @@ def work(make: Callable[[], Renderer], problem: str, frame: Frame, setting: Sett
         The decals. Without a problem the renderer is started only: its version, and the processor time in seconds
         that the process has used since it began.
     """
-    renderer = _renderer(make)
     if not problem:
-        return renderer.version, spent()
-    shown = scene(problem, frame)
+        return started(make).version, spent()
+    return decals(make, scene(problem, frame), setting)
+
+
+def decals(make: Callable[[], Renderer], shown: Scene, setting: Setting) -> np.ndarray:
+    """Render a scene: for a process of its own.
+
+    Returns
+    -------
+    ndarray (H, W, 4) float32
+    """
     planned = attrs.evolve(plan(shown), passes=(Pass("decals", setting.samples, setting.sampling),))
-    return renderer.render(shown, marked.asphalt(frame), planned).decals
+    return started(make).render(shown, marked.asphalt(shown.plate.frame), planned).decals
 
 
 @lru_cache(maxsize=1)
-def _renderer(make: Callable[[], Renderer]) -> Renderer:
+def started(make: Callable[[], Renderer]) -> Renderer:
+    """The renderer of this process, which is started once."""
     # Renderers talk; what they say goes nowhere, and what they make comes back as a value.
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
