@@ -144,13 +144,14 @@ def test_all_does_what_it_can_and_says_what_it_cannot(tmp_path, alone, monkeypat
 
     monkeypatch.setattr("pavemark.accuracy.render.report", none)
     monkeypatch.setattr("pavemark.accuracy.blend.report", judge("blend"))
+    monkeypatch.setattr("pavemark.accuracy.effects.report", judge("effects"))
     monkeypatch.setattr("pavemark.accuracy.geometry.report", judge("geometry"))
     monkeypatch.setattr("pavemark.accuracy.labels.report", judge("labels"))
     monkeypatch.setattr("pavemark.accuracy.calibrate.report", none)  # asked for by name only
     done = alone("--out", tmp_path / "out")
     assert done.code == 1
     assert done.err.splitlines() == ["render: not run: render: Blender: No module named 'bpy'"]
-    made = ["blend.md", "geometry.md", "labels.md", "report.html"]
+    made = ["blend.md", "effects.md", "geometry.md", "labels.md", "report.html"]
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == made
     shown = (tmp_path / "out/report.html").read_text()
     for line in ("render: not run", "inpaint: not run: --images is missing", "residue: not run: --images is missing"):

@@ -15,7 +15,7 @@ import scipy
 from pavemark import __version__
 from pavemark.accuracy import marked
 from pavemark.accuracy.apart import Apart
-from pavemark.accuracy.edges import Setting, decals, started
+from pavemark.accuracy.edges import Setting, layer, started
 from pavemark.accuracy.machine import machine
 from pavemark.accuracy.report import Report
 from pavemark.accuracy.table import as_csv, markdown
@@ -117,7 +117,7 @@ class Row:
 
 def work(make: Callable[[], Renderer], scene: Scene | None, rays: int, seed: int) -> np.ndarray | str:
     """The decals of a scene, or without one the renderer's version: for a process of its own."""
-    return started(make).version if scene is None else decals(make, scene, Setting(rays, Sampling(seed=seed)))
+    return started(make).version if scene is None else layer(make, scene, "decals", Setting(rays, Sampling(seed=seed)))
 
 
 def report(make: Callable[[], Renderer], quick: bool, watcher: Watcher) -> Report:

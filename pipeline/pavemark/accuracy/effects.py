@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 
@@ -12,6 +11,7 @@ from matplotlib.figure import Figure
 
 from pavemark.accuracy import marked
 from pavemark.accuracy.apart import Apart
+from pavemark.accuracy.edges import started
 from pavemark.accuracy.figure import COLOURS, svg
 from pavemark.accuracy.machine import machine
 from pavemark.accuracy.race import Contender, Run, race
@@ -23,7 +23,7 @@ from pavemark.compose.image import compose
 from pavemark.errors import InputError
 from pavemark.ground import Frame
 from pavemark.layers import Renderer
-from pavemark.light import Caster, Glare, Relief, Shadows, Sun, Tube, Wet
+from pavemark.light import Glare, Relief, Sun, Tube, Wet
 from pavemark.plan import plan
 from pavemark.plate import Plate
 from pavemark.scene import (
@@ -63,11 +63,7 @@ ON_ALL = {
     "curvature": marked.BENT,
     "optics": Optics(((0.7, 1.2), (1.0, 1.5))),
     "relief": Relief(0.004, 0.006, SUN, 0.35),
-    "shadows": Shadows(
-        (0.35, 0.38, 0.42),
-        sun=SUN,
-        casters=(Caster("tree", (-8.0, 4.0), (4.5, 4.5, 7.0)), Caster("pole", (-6.5, -1.0), (0.2, 0.2, 6.0))),
-    ),
+    "shadows": marked.shaded(FRAME, 0.35),
     "wet": Wet(0.5, 0.4, 1.5, 0.4, (0.9, 0.95, 1.0), (0.15, 0.15, 0.14), 0.3, EYES, 7.0),
     "glare": Glare(
         tuple(
@@ -124,20 +120,12 @@ def work(make: Callable[[], Renderer], frame: Frame, effects: tuple[str, ...]) -
     """Make an image, as a job does but for its labels and files: for a process of its own."""
     shown, plate = scene(frame, effects), _ground(frame)
     todo = plan(shown)
-    compose(shown, todo, plate, _renderer(make).render(shown, plate, todo))
+    compose(shown, todo, plate, started(make).render(shown, plate, todo))
 
 
 @lru_cache(maxsize=1)
 def _ground(frame: Frame) -> Plate:
     return marked.asphalt(frame, texture=4.0)
-
-
-@lru_cache(maxsize=1)
-def _renderer(make: Callable[[], Renderer]) -> Renderer:
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    for stream in (1, 2):
-        os.dup2(nowhere, stream)
-    return make()
 
 
 def report(make: Callable[[], Renderer], quick: bool, watcher: Watcher) -> Report:
