@@ -22,11 +22,14 @@ _SIZES: dict[str, tuple[tuple[float, float], ...]] = {
 
 _ROUND = {"tree", "pole"}
 
-_TRIES = 60
+_TRIES = 200
 """Draws of a caster, before an image does without it: low things shade the frame from close by only."""
 
 _MOST = 3
 """Casters of an image."""
+
+_WITHIN = 0.8
+"""Share of the frame, about its middle, in which the middle of a shadow ends."""
 
 _LAMP = ((4.0, 9.0), (0.05, 0.25), (6.0, 14.0))
 """Height and radius of a lamp, and how far off the frame's middle it may hang: metres."""
@@ -87,8 +90,8 @@ def _caster(rng: np.random.Generator, kinds: tuple[str, ...], frame: Frame, sour
     for _ in range(_TRIES):
         kind = kinds[int(rng.random() * len(kinds))]
         length, width, height = (uniform(rng, interval) for interval in _SIZES[kind])
-        # What is wide shades the frame even where the middle of its shadow ends beside it.
-        tip = (rng.random(2) - 0.5) * (np.asarray(frame.size) + min(length, width))
+        # A shadow that only grazes the frame's rim costs as much as one that shows.
+        tip = _WITHIN * (rng.random(2) - 0.5) * frame.size
         turn, seed = uniform(rng, (-np.pi, np.pi)), int(rng.integers(2**31))
         foot = _foot(source, tip, height)
         if foot is None:
