@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 from shapely.geometry import Polygon
 
 from pavemark.scene import Area, Marking, Stroke
@@ -31,19 +32,26 @@ def areas(name: str, marking: Marking, height: float) -> bpy.types.Curve:
     return curve
 
 
-def read_strokes(curve: bpy.types.Curve) -> tuple[Stroke, ...]:
-    """The strokes of a curve made by `strokes`, as edited since; float32, so 1e-6 m off within 16 m of the origin."""
+def read_strokes(curve: bpy.types.Curve, world: Matrix | None = None) -> tuple[Stroke, ...]:
+    """The strokes of a curve made by `strokes`, as edited since; float32, so 1e-6 m off within 16 m of the origin.
+
+    Parameters
+    ----------
+    world : Matrix or None
+        Of the curve's object, where that was moved, turned or scaled.
+    """
+    world = world or Matrix()
     return tuple(
-        Stroke(_path(spline), 2 * spline.points[0].radius, spline.use_cyclic_u)
+        Stroke(_path(spline, world), 2 * spline.points[0].radius * world.median_scale, spline.use_cyclic_u)
         for spline in curve.splines
         if len(spline.points) > 1
     )
 
 
-def read_areas(curve: bpy.types.Curve) -> tuple[Area, ...]:
+def read_areas(curve: bpy.types.Curve, world: Matrix | None = None) -> tuple[Area, ...]:
     """The areas of a curve made by `areas`, as edited since; a ring within another is its hole."""
     outer: list[tuple[Polygon, list]] = []
-    rings = [_path(spline) for spline in curve.splines if len(spline.points) > 2]
+    rings = [_path(spline, world or Matrix()) for spline in curve.splines if len(spline.points) > 2]
     for ring in sorted(rings, key=lambda ring: -Polygon(ring).area):
         around = next(
             (holes for polygon, holes in outer if polygon.contains(Polygon(ring).representative_point())), None
@@ -65,5 +73,6 @@ def _spline(curve: bpy.types.Curve, path: tuple, height: float) -> bpy.types.Spl
     return spline
 
 
-def _path(spline: bpy.types.Spline) -> tuple[tuple[float, float], ...]:
-    return tuple((point.co[0], point.co[1]) for point in spline.points)
+def _path(spline: bpy.types.Spline, world: Matrix) -> tuple[tuple[float, float], ...]:
+    # The identity would not change a bit, and most curves are never moved as a whole.
+    return tuple((x, y) for x, y, _ in (world @ point.co.to_3d() for point in spline.points))

@@ -10,6 +10,8 @@ from collections.abc import Callable, Mapping
 
 import bpy
 
+from pavemark import __version__
+
 from .nodes import Value, feed, node, output
 
 VECTOR = frozenset({"Position"})
@@ -33,7 +35,9 @@ def factor(
     formula : callable
         Links nodes from the inputs' sockets to a number.
     """
-    group = bpy.data.node_groups.get(f"Pavemark {name}") or _built(f"Pavemark {name}", tuple(inputs), formula)
+    # A file may hold groups that another version has built.
+    title = f"Pavemark {name} {__version__}"
+    group = bpy.data.node_groups.get(title) or _built(title, tuple(inputs), formula)
     used = node(tree, "ShaderNodeGroup", node_tree=group, label=name)
     for socket, value in zip(used.inputs, inputs.values(), strict=True):
         feed(tree, socket, value)

@@ -46,7 +46,8 @@ def led(command):
 def _until_stdin_ends() -> None:
     while sys.stdin.read(1):
         pass
-    signal.raise_signal(signal.SIGINT)
+    # To the main thread, which may be waiting: a signal elsewhere would not wake it.
+    signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
 
 
 def cores() -> int:
