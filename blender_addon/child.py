@@ -21,6 +21,7 @@ import pavemark
 from pavemark.errors import one_line
 
 _PROGRESS = re.compile(r"(\d+)/(\d+)  ([\d.]+) \w+/s  (\S+) left(?:  (\d+) lacking)?")
+_SUMMARY = re.compile(r"(part \S+ )?\d+ of \d+ ")
 _BESIDE, _ABOVE = Path(__file__).with_name("render.py"), Path(__file__).parents[1] / "render.py"
 _KEPT = 50
 """Lines of its errors that are kept."""
@@ -99,7 +100,7 @@ class Child:
         if told := _PROGRESS.search(line):
             self.done, self.total = int(told[1]), int(told[2])
             self.rate, self.left = told[3], told[4]
-        elif line.strip():
+        elif _SUMMARY.match(line):
             self.said = line.strip()
 
     @property

@@ -38,7 +38,8 @@ class BlenderRenderer:
         self.threads = threads
         files.sweep(_MEMORY)
         if target is None:
-            bpy.ops.wm.read_factory_settings(use_empty=True)
+            # Factory settings as a whole would also forget which extensions are there, and take their packages away.
+            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         self.target = target or bpy.context.scene
 
     def render(self, scene: Scene, plate: Plate, plan: Plan) -> Layers:

@@ -52,20 +52,8 @@ PANEL_MAY_IMPORT = BLENDER_MAY_IMPORT | {"job", "background", "randomize", "comp
 """The panel is to Blender what the command line is to a terminal."""
 
 STAGE = {
-    *(
-        "curves",
-        "decals",
-        "groups",
-        "nodes",
-        "paint",
-        "patterns",
-        "renderer",
-        "settings",
-        "sheets",
-        "stage",
-        "versions",
-    ),
-    "carpark",
+    *("curves", "decals", "groups", "nodes", "paint", "patterns", "sheets"),
+    *("renderer", "settings", "stage", "versions", "carpark"),
 }
 """What draws. It knows nothing of the panel, so that a worker loads no more than it needs."""
 
