@@ -41,8 +41,10 @@ def read_strokes(curve: bpy.types.Curve, world: Matrix | None = None) -> tuple[S
         Of the curve's object, where that was moved, turned or scaled.
     """
     world = world or Matrix()
+    # Where nothing was scaled, roots of sums would lose the last bit.
+    scale = 1.0 if world.to_3x3() == Matrix.Identity(3) else world.median_scale
     return tuple(
-        Stroke(_path(spline, world), 2 * spline.points[0].radius * world.median_scale, spline.use_cyclic_u)
+        Stroke(_path(spline, world), 2 * spline.points[0].radius * scale, spline.use_cyclic_u)
         for spline in curve.splines
         if len(spline.points) > 1
     )

@@ -45,6 +45,7 @@ def shown(pixels: np.ndarray) -> bpy.types.Image:
     values[..., :3] = pixels[::-1] / np.float32(255)
     image.pixels.foreach_set(values.ravel())
     image.update()
-    # A file that is saved keeps the picture.
+    # A file that is saved keeps the picture, whether or not an editor shows it.
+    image.use_fake_user = True
     image.pack()
     return image

@@ -16,7 +16,7 @@ COLLECTION = "Pavemark view"
 MARK = "pavemark_view"
 """Property of all that is made anew with every change; references would not outlive an undo."""
 
-_KINDS = ("objects", "cameras", "meshes", "curves", "materials", "images", "collections")
+_KINDS = ("objects", "meshes", "materials", "images", "collections")
 
 
 def show(target: bpy.types.Scene, ground: Plate, scene: Scene | None) -> None:
@@ -33,7 +33,6 @@ def show(target: bpy.types.Scene, ground: Plate, scene: Scene | None) -> None:
     """
     clear(target)
     stage = Stage(target, COLLECTION)
-    stage.camera(ground.frame)
     stage.ground(ground)
     if scene is not None:
         stage.decals(scene, attrs.evolve(plan(scene), colour="absolute"), hard=False)

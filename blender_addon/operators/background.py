@@ -107,10 +107,14 @@ class PAVEMARK_OT_look_down(bpy.types.Operator):
         return needs(cls, here, "It is for a 3D view") and needs(cls, context.scene.pavemark.background.name, CHOOSE)
 
     def execute(self, context):
-        space = context.space_data
-        space.region_3d.view_perspective = "CAMERA"
-        space.region_3d.view_camera_zoom = 29.0
-        space.region_3d.view_camera_offset = (0.0, 0.0)
+        space, told = context.space_data, context.scene.pavemark.background
+        view = space.region_3d
+        view.view_perspective = "ORTHO"
+        view.view_rotation = (1.0, 0.0, 0.0, 0.0)
+        view.view_location = (0.0, 0.0, 0.0)
+        # Of a lens of 50 mm, with a margin of a tenth.
+        view.view_distance = 1.1 * 50 / 36 * max(told.size) * told.metres_per_pixel
+        space.lens = 50.0
         space.shading.type = "MATERIAL"
         space.shading.use_scene_world = False
         space.overlay.show_floor = space.overlay.show_cursor = False

@@ -55,7 +55,8 @@ def record(layout, group, kind: type) -> None:
 
 def say(context, layout, text: str, icon: str = "NONE", alert: bool = False) -> None:
     """A sentence over as many lines as the sidebar is narrow."""
-    width = context.region.width / context.preferences.system.ui_scale if context.region else 300
+    # Without a window neither has a size.
+    width = context.region.width / (context.preferences.system.ui_scale or 1.0) if context.region else 300
     letters = max(16, int(width / WIDTH) - 6)
     column = layout.column(align=True)
     column.alert = alert
