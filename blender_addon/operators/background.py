@@ -81,6 +81,7 @@ class PAVEMARK_OT_stop(bpy.types.Operator):
 
     what: bpy.props.EnumProperty(
         name="What",
+        description="Which of them",
         items=[(running.BATCH, "Batch", ""), (running.PLATES, "Remove Markings", "")],
         options={"SKIP_SAVE"},
     )

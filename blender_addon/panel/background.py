@@ -29,10 +29,10 @@ class PAVEMARK_PT_background(Sub, bpy.types.Panel):
         if child:
             progress(layout, child, running.PLATES)
             return
-        row = layout.row(align=True)
-        done = told.clean
-        row.operator("pavemark.remove_markings", icon="CHECKMARK" if done else "BRUSH_DATA").every = False
-        row.operator("pavemark.remove_markings", text="All").every = True
+        done = "CHECKMARK" if told.clean else "BRUSH_DATA"
+        buttons = layout.column(align=True)
+        buttons.operator("pavemark.remove_markings", icon=done).every = False
+        buttons.operator("pavemark.remove_markings", text="Of All Images").every = True
         outcome(context, layout, running.outcomes.get(running.PLATES))
 
 
