@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import attrs
 import bpy
+import numpy as np
 
+from pavemark.colour import LUMINANCE, to_display, to_linear, within_gamut
 from pavemark.plan import plan
 from pavemark.plate import Plate
-from pavemark.scene import Scene
+from pavemark.scene import Paint, Scene
 
 from . import versions
 from .stage import Stage
@@ -22,7 +24,7 @@ _KINDS = ("objects", "meshes", "materials", "images", "collections")
 def show(target: bpy.types.Scene, ground: Plate, scene: Scene | None) -> None:
     """Show a scene in place of what is shown.
 
-    Paint has its absolute colour here, whatever the blend: a ratio to the ground is no colour to look at.
+    Paint whose colour is a ratio to its ground has that of the ground's mean here: the blend comes with the image.
 
     Parameters
     ----------
@@ -35,7 +37,7 @@ def show(target: bpy.types.Scene, ground: Plate, scene: Scene | None) -> None:
     stage = Stage(target, COLLECTION)
     stage.ground(ground)
     if scene is not None:
-        stage.decals(scene, attrs.evolve(plan(scene), colour="absolute"), hard=False)
+        stage.decals(_coloured(scene, ground), attrs.evolve(plan(scene), colour="absolute"), hard=False)
     for made in stage.made:
         made[MARK] = target.name
         if isinstance(made, bpy.types.Material):
@@ -43,6 +45,20 @@ def show(target: bpy.types.Scene, ground: Plate, scene: Scene | None) -> None:
         elif isinstance(made, bpy.types.Object):
             made.hide_select = True
     target.view_settings.view_transform = "Standard"
+
+
+def _coloured(scene: Scene, ground: Plate) -> Scene:
+    """The scene with absolute colours that look as its blend makes them look."""
+    if plan(scene).colour == "absolute":
+        return scene
+    light = to_linear(ground.image[ground.ground] if ground.ground.any() else ground.image.reshape(-1, 3)).mean(0)
+
+    def coloured(paint: Paint) -> Paint:
+        rgb = to_display(within_gamut(np.array(paint.ratio) * (light @ LUMINANCE), 1.0))
+        return attrs.evolve(paint, rgb=tuple(rgb.tolist()))
+
+    markings = tuple(attrs.evolve(marking, paint=coloured(marking.paint)) for marking in scene.markings)
+    return attrs.evolve(scene, markings=markings)
 
 
 def clear(target: bpy.types.Scene) -> None:

@@ -25,23 +25,42 @@ def pair(blender, demo, tmp_path_factory):
     return out / "program", out / "wheel"
 
 
-def test_labels_and_scenes_are_equal_to_the_bit(pair):
+def test_labels_and_masks_are_equal_to_the_bit(pair):
     program, wheel = pair
     compared = 0
-    for folder in ("labels", "scenes", "masks", "slots"):
+    for folder in ("labels", "masks", "slots"):
         for path in sorted((wheel / folder).rglob("*")):
             if path.is_file():
                 assert (program / path.relative_to(wheel)).read_bytes() == path.read_bytes(), path
                 compared += 1
-    assert compared == 4 * 6 + 1
+    assert compared == 4 * 5 + 1
+
+
+def numbers(value):
+    """All numbers of plain data, in order; everything else as it is."""
+    if isinstance(value, dict):
+        return [leaf for name in sorted(value) for leaf in (name, *numbers(value[name]))]
+    return [leaf for item in value for leaf in numbers(item)] if isinstance(value, list) else [value]
+
+
+def test_scenes_say_the_same(pair):
+    """What is drawn is the same to the bit. What is measured on the plate, blur and ratios, goes through sums of
+    float32, which another numpy adds up in another order: 6e-8 apart with 2.4 and 2.5."""
+    program, wheel = pair
+    for path in sorted((wheel / "scenes").glob("*.json")):
+        here, there = (numbers(json.loads((out / "scenes" / path.name).read_text())) for out in (program, wheel))
+        assert len(here) == len(there)
+        for a, b in zip(here, there, strict=True):
+            assert a == b or a == pytest.approx(b, rel=1e-6)
 
 
 def test_pixels_are_equal(pair):
-    """Measured with 5.2.2 against the wheel of 5.2.3: see docs/decisions/real-blender.md."""
+    """Equal to the bit between the program 5.2.2 and the wheel 5.2.3; the measured numbers could cost a rounding."""
     program, wheel = pair
     for path in sorted((wheel / "images").glob("*.png")):
         here, there = (cv2.imread(str(out / "images" / path.name)).astype(int) for out in (program, wheel))
         assert np.abs(here - there).max() <= 1, path.name
+        assert (here != there).any(2).mean() < 1e-4, path.name
 
 
 def test_the_manifest_names_the_program(pair, blender):

@@ -68,7 +68,7 @@ def test_the_batch_shows_progress_and_stops(workflow):
 def test_every_step_was_photographed(workflow):
     _, out = workflow
     photographs = [cv2.imread(str(path)) for path in sorted(out.glob("*-*.png"))]
-    assert len(photographs) == 7
+    assert len(photographs) == 8
     for before, after in pairwise(photographs):
         assert before.std() > 10
         assert before.shape != after.shape or np.abs(before.astype(int) - after).max() > 50

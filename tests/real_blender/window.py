@@ -4,6 +4,8 @@ blender --enable-event-simulate -P window.py -- DEMO OUT
 """
 
 import json
+import shutil
+import subprocess
 import sys
 import traceback
 from pathlib import Path
@@ -43,11 +45,15 @@ def module(name):
 
 
 def photograph(name):
-    """What the window shows."""
+    """What the window shows, by ImageMagick where it is there: of a graphics card that a program plays Blender reads
+    black."""
+    path = str(OUT / f"{name}.png")
     with bpy.context.temp_override(window=window(), area=area()):
-        # What was drawn before may be gone from the buffer that is read.
         bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=1)
-        bpy.ops.screen.screenshot(filepath=str(OUT / f"{name}.png"))
+        if shutil.which("import"):
+            subprocess.run(["import", "-window", "root", path], check=True)
+        else:
+            bpy.ops.screen.screenshot(filepath=path)
 
 
 def click(x, y):
@@ -62,7 +68,7 @@ def click(x, y):
 
 
 def open_panels(*names):
-    """Have subpanels open that start closed, and only those."""
+    """Have these subpanels open, and no others; before the sidebar is drawn, which then keeps what is open."""
     classes = module("panel").CLASSES
     for each in reversed(classes):
         bpy.utils.unregister_class(each)
@@ -73,10 +79,21 @@ def open_panels(*names):
         bpy.utils.register_class(each)
 
 
+def scroll(pages):
+    """Scroll the sidebar to its start and then down by so many pages."""
+    do(bpy.ops.view2d.scroll_up, "UI", deltax=0, deltay=100000)
+    for _ in range(pages):
+        do(bpy.ops.view2d.scroll_down, "UI", deltax=0, deltay=region("UI").height - 120)
+
+
 def prepare():
     """An empty file, the sidebar with our tab, a wide view."""
     for shown in list(bpy.data.objects):
         bpy.data.objects.remove(shown)
+    open_panels(
+        *("background", "slots", "count", "line", "colour", "wear", "curvature", "effects", "optics", "blend"),
+        *("render", "batch", "files"),
+    )
     area().spaces.active.show_region_ui = True
     for other in list(window().screen.areas):
         if other.type in ("DOPESHEET_EDITOR", "OUTLINER"):
@@ -90,7 +107,6 @@ def prepare():
 
 def background():
     region("UI").active_panel_category = "Pavemark"
-    open_panels("background", "masks", "slots")
     chosen = settings().background
     chosen.masks, chosen.ground = str(DEMO / "masks"), "0"
     chosen.images = str(DEMO / "images")
@@ -115,12 +131,14 @@ def removed():
     told["drawn"] = len(module("document").known(window().scene).slots)
     for name in ("wear", "grain", "curvature", "optics"):
         getattr(settings(), name).use = True
-    open_panels("slots", "count", "line", "wear", "curvature")
     return None
 
 
 def slots():
     photograph("2-slots")
+    scroll(1)
+    photograph("2-slots-down")
+    scroll(0)
     do(bpy.ops.pavemark.new_slot, "WINDOW", "INVOKE_DEFAULT")
 
 
@@ -152,12 +170,12 @@ def dragged():
     scene = module("document").known(window().scene)
     told["after_drag"] = scene.slots[-1].corners
     told["trouble"] += settings().trouble
-    open_panels("effects", "optics", "tyres", "blend", "render")
     do(bpy.ops.pavemark.open_editor)
     do(bpy.ops.pavemark.render)
 
 
 def rendered():
+    scroll(2)
     settings().folder = str(OUT / "dataset")
     do(bpy.ops.pavemark.save_image)
     told["saved"] = sorted(str(path.relative_to(OUT)) for path in (OUT / "dataset").rglob("*.png"))
@@ -170,10 +188,10 @@ def rendered():
 
 def labelled():
     photograph("4-render")
-    open_panels("batch", "files")
     settings().batch_folder = str(OUT / "batch")
     settings().batch_count, settings().workers = 6, 1
     do(bpy.ops.pavemark.batch)
+    scroll(3)
 
 
 def running():
@@ -192,7 +210,6 @@ def stopped():
     told["batch"] = module("running").outcomes.get("Batch")
     photograph("6-stopped")
     do(bpy.ops.pavemark.open_scene, filepath=str(next((OUT / "batch" / "scenes").glob("*.json"))))
-    open_panels("root", "background", "slots", "effects", "render", "batch", "files")
     return None
 
 
