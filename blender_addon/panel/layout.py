@@ -4,7 +4,7 @@ import textwrap
 
 from ..properties.fields import shown
 
-WIDTH = 7.5
+WIDTH = 6.5
 """Pixels of a letter at a scale of 1."""
 
 
@@ -51,6 +51,8 @@ def record(layout, group, kind: type) -> None:
     """What can be shown of a record."""
     for name in shown(kind):
         layout.prop(group, name)
+    if not shown(kind):
+        layout.label(text="Measured on the image")
 
 
 def say(context, layout, text: str, icon: str = "NONE", alert: bool = False) -> None:

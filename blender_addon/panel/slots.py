@@ -77,7 +77,7 @@ class PAVEMARK_PT_colour(Held, bpy.types.Panel):
     def fields(self, layout, told):
         layout.prop(told, "family")
         reflectance = told.id_data.pavemark.blend.method == "reflectance"
-        layout.prop(told, "ratio" if reflectance else "rgb", text="× Ground" if reflectance else "Colour")
+        layout.prop(told, "ratio" if reflectance else "rgb", text="RGB × Ground" if reflectance else "Colour")
         layout.prop(told, "opacity")
 
 

@@ -17,6 +17,9 @@ LENGTHS = {"size", "width", "edge", "sigma"}
 ANGLES = {"angle"}
 """Fields in radians."""
 
+PIXELS = {"margin"}
+"""Fields in pixels."""
+
 LARGEST = 2**31 - 1
 """Whole numbers beyond it do not fit Blender's properties; a field that may hold one, such as a seed, is not shown."""
 
@@ -62,7 +65,7 @@ def group(
 
 def _property(field: attrs.Attribute, kind: type, record: type, update: Callable):
     said = {
-        "name": field.name.replace("_", " ").capitalize(),
+        "name": field.name.replace("_", " ").title(),
         "description": description(record, field.name),
         "update": update,
     }
@@ -76,7 +79,8 @@ def _property(field: attrs.Attribute, kind: type, record: type, update: Callable
     limits = bounds(field, Within) or Within(0.0, 1.0)
     if kind is int:
         low, high = round(limits.low), round(limits.high)
-        return bpy.props.IntProperty(default=low if given is None else given, min=low, max=high, **said)
+        unit = {"subtype": "PIXEL"} if field.name in PIXELS else {}
+        return bpy.props.IntProperty(default=low if given is None else given, min=low, max=high, **unit, **said)
     unit = {}
     if field.name in LENGTHS:
         unit = {"subtype": "DISTANCE", "unit": "LENGTH"}

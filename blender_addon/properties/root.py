@@ -90,7 +90,11 @@ class PAVEMARK_PG_scene(bpy.types.PropertyGroup):
         update=heard(edits.draw),
     )
     index: bpy.props.IntProperty(
-        name="Number", description="Number of the image in its job", default=0, min=0, update=heard(edits.renumber)
+        name="Image Number",
+        description="Number of the image in its job",
+        default=0,
+        min=0,
+        update=heard(edits.renumber),
     )
     preset: bpy.props.EnumProperty(
         name="Preset",

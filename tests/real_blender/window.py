@@ -4,6 +4,7 @@ blender --enable-event-simulate -P window.py -- DEMO OUT
 """
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -79,11 +80,12 @@ def open_panels(*names):
         bpy.utils.register_class(each)
 
 
-def scroll(pages):
-    """Scroll the sidebar to its start and then down by so many pages."""
-    do(bpy.ops.view2d.scroll_up, "UI", deltax=0, deltay=100000)
-    for _ in range(pages):
-        do(bpy.ops.view2d.scroll_down, "UI", deltax=0, deltay=region("UI").height - 120)
+def scroll(lines):
+    """Scroll the sidebar to its start and then down by so many turns of the wheel, 40 pixels each."""
+    for _ in range(100):
+        do(bpy.ops.view2d.scroll_up, "UI")
+    for _ in range(lines):
+        do(bpy.ops.view2d.scroll_down, "UI")
 
 
 def prepare():
@@ -108,8 +110,10 @@ def prepare():
 def background():
     region("UI").active_panel_category = "Pavemark"
     chosen = settings().background
-    chosen.masks, chosen.ground = str(DEMO / "masks"), "0"
-    chosen.images = str(DEMO / "images")
+    # Relative to where we are: photographs show no path of a machine.
+    os.chdir(DEMO)
+    chosen.masks, chosen.ground = "masks", "0"
+    chosen.images = "images"
     told["trouble"] = settings().trouble
     do(bpy.ops.pavemark.step_background, step=1)
     do(bpy.ops.pavemark.look_down)
@@ -136,7 +140,7 @@ def removed():
 
 def slots():
     photograph("2-slots")
-    scroll(1)
+    scroll(14)
     photograph("2-slots-down")
     scroll(0)
     do(bpy.ops.pavemark.new_slot, "WINDOW", "INVOKE_DEFAULT")
@@ -175,8 +179,8 @@ def dragged():
 
 
 def rendered():
-    scroll(2)
-    settings().folder = str(OUT / "dataset")
+    scroll(30)
+    settings().folder = os.path.relpath(OUT / "dataset")
     do(bpy.ops.pavemark.save_image)
     told["saved"] = sorted(str(path.relative_to(OUT)) for path in (OUT / "dataset").rglob("*.png"))
     for shown in region("WINDOW", "IMAGE_EDITOR"), region():
@@ -188,10 +192,10 @@ def rendered():
 
 def labelled():
     photograph("4-render")
-    settings().batch_folder = str(OUT / "batch")
+    settings().batch_folder = os.path.relpath(OUT / "batch")
     settings().batch_count, settings().workers = 6, 1
     do(bpy.ops.pavemark.batch)
-    scroll(3)
+    scroll(60)
 
 
 def running():
