@@ -46,7 +46,7 @@ def pixels(name: str, coverage: np.ndarray, frame: Frame, height: float) -> bpy.
         ],
         axis=1,
     )
-    return _mesh(name, frame.to_world(corners).reshape(-1, 2), 4, height)
+    return mesh(name, frame.to_world(corners).reshape(-1, 2), 4, height)
 
 
 def hard(name: str, outline: MultiPolygon, frame: Frame, height: float) -> bpy.types.Mesh:
@@ -56,18 +56,18 @@ def hard(name: str, outline: MultiPolygon, frame: Frame, height: float) -> bpy.t
     seen = shapely.intersection(outline, shapely.box(-width / 2, -depth / 2, width / 2, depth / 2))
     triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(seen))
     corners = shapely.get_coordinates(triangles).reshape(-1, 4, 2)[:, :3]
-    return _mesh(name, corners.reshape(-1, 2), 3, height)
+    return mesh(name, corners.reshape(-1, 2), 3, height)
 
 
-def _mesh(name: str, corners: np.ndarray, sides: int, height: float) -> bpy.types.Mesh:
-    """A mesh of separate faces from their corners (faces · sides, 2)."""
-    mesh = bpy.data.meshes.new(name)
+def mesh(name: str, corners: np.ndarray, sides: int, height: float | np.ndarray) -> bpy.types.Mesh:
+    """A mesh of separate faces from their corners (faces · sides, 2), metres, one height or one for each."""
+    made = bpy.data.meshes.new(name)
     faces = len(corners) // sides
-    mesh.vertices.add(len(corners))
-    mesh.vertices.foreach_set("co", np.insert(corners, 2, height, axis=1).astype(np.float32).ravel())
-    mesh.loops.add(len(corners))
-    mesh.loops.foreach_set("vertex_index", np.arange(len(corners), dtype=np.int32))
-    mesh.polygons.add(faces)
-    mesh.polygons.foreach_set("loop_start", np.arange(faces, dtype=np.int32) * sides)
-    mesh.update(calc_edges=False)
-    return mesh
+    made.vertices.add(len(corners))
+    made.vertices.foreach_set("co", np.insert(corners, 2, height, axis=1).astype(np.float32).ravel())
+    made.loops.add(len(corners))
+    made.loops.foreach_set("vertex_index", np.arange(len(corners), dtype=np.int32))
+    made.polygons.add(faces)
+    made.polygons.foreach_set("loop_start", np.arange(faces, dtype=np.int32) * sides)
+    made.update(calc_edges=False)
+    return made

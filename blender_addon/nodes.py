@@ -84,6 +84,11 @@ def output(made: bpy.types.Node, name: str | int = 0) -> Value:
     return Value(made.id_data, made.outputs[name])
 
 
+def where(tree: bpy.types.ShaderNodeTree) -> Value:
+    """The world position that is shaded, metres."""
+    return output(node(tree, "ShaderNodeNewGeometry"), "Position")
+
+
 def components(position: Value) -> tuple[Value, Value]:
     """X and Y of a vector."""
     made = node(position.tree, "ShaderNodeSeparateXYZ", {"Vector": position})

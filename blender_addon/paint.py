@@ -19,7 +19,7 @@ from pavemark.scene import Chips, Cracks, Dirt, Grain, Paint, Pattern, Wear
 
 from . import versions
 from .groups import factor
-from .nodes import Value, clamp, components, node, output, ramp, smooth
+from .nodes import Value, clamp, components, node, output, ramp, smooth, where
 from .patterns import PATTERNS
 from .sheets import Sheet
 
@@ -53,7 +53,8 @@ def even_noise(size: float, seed: float, roughness: float, pixel: float) -> Numb
     }
 
 
-def _noise(given: Inputs) -> Value:
+def noise(given: Inputs) -> Value:
+    """The noise of `even_noise` at "Position", 0 to 1."""
     made = node(
         given["Position"].tree,
         "ShaderNodeTexNoise",
@@ -85,13 +86,13 @@ def cells(size: float, seed: float, grain: float, reach: float) -> Numbers:
 def _cells(given: Inputs, feature: str) -> bpy.types.Node:
     """Voronoi cells; their distances come in units of the cell's size."""
     tree = given["Position"].tree
-    noise = node(
+    rough = node(
         tree,
         "ShaderNodeTexNoise",
         {"Vector": given["Position"], "W": given["W"], "Scale": given["Noise scale"], "Detail": 1.0},
         noise_dimensions="4D",
     )
-    inputs = {0: output(noise, "Color"), 1: given["Reach"], 2: given["Away"]}
+    inputs = {0: output(rough, "Color"), 1: given["Reach"], 2: given["Away"]}
     moved = output(node(tree, "ShaderNodeVectorMath", inputs, operation="MULTIPLY_ADD"))
     at = output(node(tree, "ShaderNodeVectorMath", {0: given["Position"], 1: moved}, operation="ADD"))
     # In 4D nine times as many cells would have to be looked at.
@@ -107,7 +108,7 @@ def grain_numbers(effect: Grain, pixel: float) -> Numbers:
 
 def grain(given: Inputs) -> Value:
     """Factor on the colour, around 1."""
-    return (_noise(given) - 0.5) * given["Contrast"] + 1.0
+    return (noise(given) - 0.5) * given["Contrast"] + 1.0
 
 
 def dirt_numbers(effect: Dirt, pixel: float) -> Numbers:
@@ -117,7 +118,7 @@ def dirt_numbers(effect: Dirt, pixel: float) -> Numbers:
 
 def dirt(given: Inputs) -> Value:
     """Factor on the colour, at most 1: stains, darker under the tyres."""
-    stain = _noise(given)
+    stain = noise(given)
     return 1.0 - clamp(stain * stain + given["Tyres"] * 0.5) * given["Strength"]
 
 
@@ -136,7 +137,7 @@ def wear(given: Inputs) -> Value:
     from_edge = (given["Edge"] * given["Fading"]).math("EXPONENT")
     gone = given["Tyres"] * given["Tyre amount"] + from_edge * given["Edge amount"] + given["Amount"]
     # Thinning paint fades over a tenth of the noise's range before it is gone.
-    return ramp(_noise(given), gone - 0.1, gone + 0.1)
+    return ramp(noise(given), gone - 0.1, gone + 0.1)
 
 
 def chips_numbers(effect: Chips, pixel: float) -> Numbers:
@@ -248,14 +249,9 @@ def _factor(tree: bpy.types.ShaderNodeTree, name: str, effect: object, surface: 
 
 def _surface(tree: bpy.types.ShaderNodeTree, sheet: Sheet) -> Inputs:
     """Position on the ground (metres), and the sheet's channels there: coverage, edge (metres), tyres."""
-    position = output(node(tree, "ShaderNodeNewGeometry"), "Position")
-    width, height = sheet.frame.size
-    mapped = node(
-        tree,
-        "ShaderNodeMapping",
-        {"Vector": position, "Location": (0.5, 0.5, 0.0), "Scale": (1 / width, 1 / height, 0.0)},
-    )
-    texture = node(tree, "ShaderNodeTexImage", {"Vector": output(mapped)}, interpolation="Closest", extension="CLIP")
+    position = where(tree)
+    inputs = {"Vector": sheet.mapped(position)}
+    texture = node(tree, "ShaderNodeTexImage", inputs, interpolation="Closest", extension="CLIP")
     texture.image = sheet.image
     channels = node(tree, "ShaderNodeSeparateColor", {"Color": output(texture, "Color")})
     return {

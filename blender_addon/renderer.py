@@ -15,6 +15,7 @@ from pavemark.plan import Pass, Plan
 from pavemark.plate import Plate
 from pavemark.scene import Scene
 
+from .passes import PASSES
 from .settings import Output, Window, engine
 from .stage import Stage
 
@@ -53,25 +54,26 @@ class BlenderRenderer:
         return Layers(**{made.name: self._layer(made, scene, plan) for made in plan.passes})
 
     def _layer(self, made: Pass, scene: Scene, plan: Plan) -> np.ndarray:
-        frame = scene.plate.frame
-        layer = np.zeros((frame.height, frame.width, 4), np.float32)
+        frame, drawing = scene.plate.frame, PASSES[made.name]
+        layer = np.full((frame.height, frame.width, len(drawing.channels)), drawing.blank, np.float32)
         stage = Stage(self.target)
         try:
             stage.camera(frame)
-            window = stage.markings(scene, plan, made.hard)
+            window = drawing.put(stage, scene, plan, made)
             if window is not None:
                 # Every decal may lie over every other.
                 engine(made, transparent=len(scene.markings) + 1, threads=self.threads).apply(self.target)
-                layer[window.top : window.bottom, window.left : window.right] = self._rendered(frame, window)
+                rendered = self._rendered(frame, window, drawing.channels)
+                layer[window.top : window.bottom, window.left : window.right] = rendered
         finally:
             stage.clear()
         return layer
 
-    def _rendered(self, frame: Frame, window: Window) -> np.ndarray:
+    def _rendered(self, frame: Frame, window: Window, channels: str) -> np.ndarray:
         path = files.aside(_MEMORY / "pavemark-layers.exr")
         try:
             Output(frame, window, str(path)).apply(self.target)
             bpy.ops.render.render(write_still=True, scene=self.target.name)
-            return read(path)
+            return read(path, channels)
         finally:
             path.unlink(missing_ok=True)

@@ -8,6 +8,8 @@ import numpy as np
 
 from pavemark.ground import Frame
 
+from .nodes import Value, node, output
+
 
 @attrs.frozen
 class Sheet:
@@ -15,6 +17,12 @@ class Sheet:
 
     image: bpy.types.Image
     frame: Frame
+
+    def mapped(self, position: Value) -> Value:
+        """Where in the image a position on the ground (metres) lies."""
+        width, height = self.frame.size
+        inputs = {"Vector": position, "Location": (0.5, 0.5, 0.0), "Scale": (1 / width, 1 / height, 0.0)}
+        return output(node(position.tree, "ShaderNodeMapping", inputs))
 
 
 def load(name: str, values: np.ndarray, frame: Frame) -> Sheet:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 
 from pavemark.colour import to_linear
 from pavemark.geometry.outline import outline
@@ -53,7 +54,7 @@ class Stage:
         camera.sensor_fit = "HORIZONTAL"
         camera.ortho_scale = frame.size[0]
         camera.clip_end = 2 * CAMERA_HEIGHT
-        seen = self._add("Pavemark camera", camera)
+        seen = self.add("Pavemark camera", camera)
         seen.location = (0.0, 0.0, CAMERA_HEIGHT)
         self.target.camera = seen
 
@@ -62,9 +63,9 @@ class Stage:
         frame = plate.frame
         linear = np.ones((frame.height, frame.width, 4), np.float32)
         linear[..., :3] = to_linear(plate.image)
-        texture = self._keep(sheets.load("Pavemark plate", linear, frame).image)
+        texture = self.keep(sheets.load("Pavemark plate", linear, frame).image)
         material, tree = versions.material("Pavemark ground")
-        self._keep(material)
+        self.keep(material)
         coordinates = node(tree, "ShaderNodeTexCoord")
         picture = node(
             tree, "ShaderNodeTexImage", {"Vector": output(coordinates, "Generated")}, interpolation="Closest"
@@ -72,9 +73,18 @@ class Stage:
         picture.image = texture
         emission = node(tree, "ShaderNodeEmission", {"Color": output(picture, "Color")})
         node(tree, "ShaderNodeOutputMaterial", {"Surface": output(emission)})
+        self.floor(frame, material)
+
+    def floor(self, frame: Frame, material: bpy.types.Material) -> None:
+        """The ground plane of a frame."""
         mesh = _plane(frame)
         mesh.materials.append(material)
-        self._add("Pavemark ground", mesh)
+        self.add("Pavemark ground", mesh)
+
+    def lit_by(self, name: str, source: tuple[bpy.types.Light, Matrix]) -> None:
+        """A light where it belongs."""
+        light, placed = source
+        self.add(name, light).matrix_world = placed
 
     def markings(self, scene: Scene, plan: Plan, hard: bool) -> Window | None:
         """Every marking as curves to edit and a decal that shows them; see `curves` and `decals`."""
@@ -87,7 +97,7 @@ class Stage:
         made = []
         for make, parts in ((curves.strokes, marking.strokes), (curves.areas, marking.areas)):
             if parts:
-                shown = self._add(_name(number, marking), make(_name(number, marking), marking, _height(number)))
+                shown = self.add(_name(number, marking), make(_name(number, marking), marking, _height(number)))
                 shown.hide_render = True
                 made.append(shown)
         return tuple(made)
@@ -131,18 +141,20 @@ class Stage:
         else:
             mesh = decals.pixels(name, values[..., COVERAGE], frame, height)
         image = sheets.load(name, values, frame)
-        self._keep(image.image)
+        self.keep(image.image)
         shown = marking.paint.ratio if colour == "ratio" else _emitted(marking.paint)
-        mesh.materials.append(self._keep(paint.material(name, marking.paint, shown, effects, image)))
-        self._add(name, mesh)
+        mesh.materials.append(self.keep(paint.material(name, marking.paint, shown, effects, image)))
+        self.add(name, mesh)
         return painted
 
-    def _add(self, name: str, data: bpy.types.ID) -> bpy.types.Object:
-        made = bpy.data.objects.new(name, self._keep(data))
-        self.collection.objects.link(self._keep(made))
+    def add(self, name: str, data: bpy.types.ID) -> bpy.types.Object:
+        """An object of that data, which this stage will remove."""
+        made = bpy.data.objects.new(name, self.keep(data))
+        self.collection.objects.link(self.keep(made))
         return made
 
-    def _keep(self, data: bpy.types.ID) -> bpy.types.ID:
+    def keep(self, data: bpy.types.ID) -> bpy.types.ID:
+        """Have this stage remove some data."""
         self._data.append(data)
         return data
 

@@ -12,6 +12,7 @@ ALL = [*sorted(PACKAGE.rglob("*.py")), *sorted((ROOT / "blender_addon").rglob("*
 FOUNDATION = {
     "records",
     "ground",
+    "light",
     "scene",
     "plan",
     "plate",
@@ -36,6 +37,7 @@ MAY_IMPORT = {
 }
 BLENDER_MAY_IMPORT = {
     "cameras",
+    "light",
     "scene",
     "ground",
     "plan",
@@ -54,6 +56,7 @@ PANEL_MAY_IMPORT = BLENDER_MAY_IMPORT | {"job", "background", "randomize", "comp
 STAGE = {
     *("curves", "decals", "groups", "nodes", "paint", "patterns", "sheets"),
     *("renderer", "settings", "stage", "versions", "carpark"),
+    *("casters", "floors", "passes", "relief", "sources"),
 }
 """What draws. It knows nothing of the panel, so that a worker loads no more than it needs."""
 

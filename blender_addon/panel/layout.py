@@ -52,7 +52,7 @@ def record(layout, group, kind: type) -> None:
     for name in shown(kind):
         layout.prop(group, name)
     if not shown(kind):
-        layout.label(text="Measured on the image")
+        layout.label(text="Drawn or measured: nothing to set")
 
 
 def say(context, layout, text: str, icon: str = "NONE", alert: bool = False) -> None:

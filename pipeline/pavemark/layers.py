@@ -16,7 +16,7 @@ from pavemark.scene import Scene
 
 @attrs.frozen(eq=False)
 class Layers:
-    """The rendered layers of a scene.
+    """The rendered layers of a scene; None where its plan has no such pass.
 
     Attributes
     ----------
@@ -24,13 +24,22 @@ class Layers:
         Premultiplied R, G, B and alpha, linear light: all markings over transparency. The colours are reflectance
         ratios to the ground (1 = as the ground) when the scene's blend method is "reflectance", and absolute
         linear-light RGB, 0 to 1, otherwise.
+    relief : ndarray (H, W, 1) float32, or None
+        Light of the sun on raised paint and the ground about it, 1 on level ground.
+    shadows : ndarray (H, W, 1) float32, or None
+        Share of the source that the ground sees, 0 to 1.
+    wet : ndarray (H, W, 4) float32, or None
+        Premultiplied R, G, B that wet ground mirrors, linear light, and how wet it is, 0 to 1.
     """
 
     decals: np.ndarray | None = None
+    relief: np.ndarray | None = None
+    shadows: np.ndarray | None = None
+    wet: np.ndarray | None = None
 
 
-def read(path: Path) -> np.ndarray:
-    """What Blender rendered into a multilayer EXR: R, G, B and alpha (H, W, 4) float32, linear light, premultiplied.
+def read(path: Path, channels: str = "RGBA") -> np.ndarray:
+    """What Blender rendered into a multilayer EXR: channels (H, W, C) float32, linear light, premultiplied.
 
     Raises
     ------
@@ -46,7 +55,7 @@ def read(path: Path) -> np.ndarray:
     finally:
         source.close()
     # The view layer's name stands before the pass's.
-    picked = [next(i for i, name in enumerate(names) if name.endswith(f"Combined.{channel}")) for channel in "RGBA"]
+    picked = [next(i for i, name in enumerate(names) if name.endswith(f"Combined.{channel}")) for channel in channels]
     return np.ascontiguousarray(pixels[..., picked])
 
 

@@ -81,13 +81,20 @@ class Plan:
     nodes : tuple of tuple of str
         For each marking the effects for which shader nodes are built.
     steps : tuple of str
-        Steps after rendering, in order: "optics", "blend", "brightness", "noise".
+        Steps after rendering, in order: "optics", "blend", those of LIGHT, "brightness", "noise".
     """
 
     passes: tuple[Pass, ...]
     colour: str
     nodes: tuple[tuple[str, ...], ...]
     steps: tuple[str, ...]
+
+
+LIGHT = ("relief", "shadows", "wet", "glare")
+"""Effects that need light, in the order in which they reach the picture, each by a step of its own."""
+
+RAYS = {"relief": 16, "shadows": 8, "wet": 1}
+"""Rays a pixel of the passes by which light is simulated; what a smooth floor mirrors is known without (glare)."""
 
 
 def plan(scene: Scene) -> Plan:
@@ -100,13 +107,13 @@ def plan(scene: Scene) -> Plan:
     ('brightness',)
     """
     painted = bool(scene.markings)
-    steps = []
-    if painted:
-        steps += ["optics"] * (scene.optics is not None) + ["blend"]
+    lit = [effect for effect in LIGHT if getattr(scene, effect) is not None]
+    passes = (Pass("decals"),) * painted + tuple(Pass(effect, RAYS[effect]) for effect in lit if effect in RAYS)
+    steps = ["optics"] * (scene.optics is not None and bool(passes)) + ["blend"] * painted + lit
     steps += [step for step in ("brightness", "noise") if getattr(scene, step) is not None]
     ratio = painted and scene.blend.method == "reflectance"
     return Plan(
-        passes=(Pass("decals"),) * painted,
+        passes=passes,
         colour="ratio" if ratio else "absolute",
         nodes=tuple(paint_effects(marking.paint) for marking in scene.markings),
         steps=tuple(steps),

@@ -11,6 +11,7 @@ import re
 import attrs
 
 from pavemark.ground import Frame
+from pavemark.light import Glare, Relief, Shadows, Wet
 from pavemark.records import one_of, within
 
 Point = tuple[float, float]
@@ -374,6 +375,10 @@ class Scene:
     curvature: Curvature | None = None
     optics: Optics | None = None
     blend: Blend | None = None
+    relief: Relief | None = None
+    shadows: Shadows | None = None
+    wet: Wet | None = None
+    glare: Glare | None = None
     brightness: Brightness | None = None
     noise: Noise | None = None
     version: int = attrs.field(default=1, validator=within(1, 1))
@@ -381,3 +386,5 @@ class Scene:
     def __attrs_post_init__(self) -> None:
         if self.markings and self.blend is None:
             raise ValueError("blend is missing: a scene with markings needs one")
+        if self.relief is not None and not self.markings:
+            raise ValueError("relief is given without markings: it is theirs, so some are needed")

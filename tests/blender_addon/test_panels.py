@@ -104,7 +104,7 @@ def test_a_scene_with_everything_switched_on(drawn):
         assert drawn.pavemark.trouble == "", name
     shown = draw_all(drawn)
     assert any(text.startswith("Passes: decals, 1 ray a pixel") for text in shown)
-    assert "Measured on the image" in shown
+    assert "Drawn or measured: nothing to set" in shown
     assert "96 × 64 px  ·  8.00 m × 5.33 m" in shown
 
 

@@ -95,7 +95,7 @@ def test_the_ground_plane_shows_the_plate_and_both_routes_agree(renderer, frame,
     Output(frame, Window(0, 0, frame.width, frame.height), str(tmp_path / "whole.exr")).apply(target)
     bpy.ops.render.render(write_still=True)
     stage.clear()
-    whole = read(tmp_path / "whole.exr")[..., :3]
+    whole = read(tmp_path / "whole.exr", "RGB")
     share = background.image / 255
     linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
     over = apart[..., :3] + (1 - apart[..., 3:]) * linear

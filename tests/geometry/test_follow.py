@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pavemark.geometry.follow import Drawn, follow
+from pavemark.light import Relief, Sun
 from pavemark.scene import Stroke
 from scenes import plate, row
 
@@ -59,9 +60,10 @@ def test_a_marking_moved_whole_takes_unpainted_corners_along():
 
 
 def test_lines_that_are_gone_take_their_slots_with_them():
-    scene = row(plate(), n=2)
+    scene = attrs.evolve(row(plate(), n=2), relief=Relief(0.003, 0.002, Sun(1.0, 0.5), 0.3))
     assert follow(scene, []).slots == ()
     assert follow(scene, []).markings == ()
+    assert follow(scene, []).relief is None
 
 
 def test_a_copied_marking_has_slots_of_its_own():

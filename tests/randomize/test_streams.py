@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
+import math
+
 import attrs
+import numpy as np
 import pytest
 
 from pavemark.randomize.domains import Domains
@@ -27,6 +31,10 @@ EFFECTS = (
     ("dirt", ("texture", "dirt")),
     ("pattern", ("texture", "pattern")),
     ("opacity", ("texture", "fade")),
+    ("relief", ("relief",)),
+    ("shadows", ("shadows",)),
+    ("wet", ("wet",)),
+    ("glare", ("glare",)),
 )
 
 
@@ -45,7 +53,7 @@ def without(scene: Scene, effect: str) -> Scene:
     """The scene with one effect taken out by hand."""
     if effect == "former":
         return attrs.evolve(scene, markings=tuple(m for m in scene.markings if m.kind != "former"))
-    if effect in ("noise", "curvature", "brightness", "optics", "tyres"):
+    if effect in {field.name for field in attrs.fields(Scene)}:
         return attrs.evolve(scene, **{effect: None})
     value = 1.0 if effect == "opacity" else None
     new = [m for m in scene.markings if m.kind != "former"]
@@ -62,6 +70,101 @@ def test_switching_an_effect_off_leaves_all_else(effect, path):
         assert off == without(on, effect)
         shown += on != off
     assert shown >= 8  # the effect was there to be switched off
+
+
+def everything_on() -> Domains:
+    domains = changed(Domains(), ("layout",), empty_rate=0.0)
+    for _, path in EFFECTS:
+        domains = changed(domains, path, rate=1.0)
+    return domains
+
+
+@pytest.mark.parametrize(("one", "other"), [*itertools.combinations(EFFECTS, 2)], ids=lambda effect: effect[0])
+def test_switching_two_off_leaves_all_else(one, other):
+    for index in range(3):
+        off = everything_on()
+        for _, path in (one, other):
+            off = changed(off, path, rate=0.0)
+        assert drawn(off, index) == without(without(drawn(everything_on(), index), one[0]), other[0])
+
+
+STREAMS = {
+    "noise": (Stage.NOISE,),
+    "curvature": (Stage.CURVATURE,),
+    "brightness": (Stage.BRIGHTNESS,),
+    "optics": (Stage.OPTICS,),
+    "tyres": (Stage.TYRES,),
+    "former": (Stage.FORMER,),
+    "relief": (Stage.RELIEF,),
+    "shadows": (Stage.SHADOWS,),
+    "wet": (Stage.WET,),
+    "glare": (Stage.GLARE,),
+}
+TEXTURE = ("grain", "wear", "chips", "cracks", "dirt", "pattern", "opacity")
+"""What the texture's streams are for, by number."""
+
+
+@pytest.mark.parametrize(("effect", "path"), EFFECTS)
+def test_an_effect_that_is_off_draws_no_number(effect, path, monkeypatch):
+    streams = []
+
+    class Recorded(np.random.PCG64):
+        def __init__(self, seeds):
+            super().__init__(seeds)
+            self.key, self.fresh = seeds.spawn_key, self.state
+            streams.append(self)
+
+    def draws(domains):
+        streams.clear()
+        drawn(domains, 5)
+        keys = {each.key[1:] for each in streams if each.state != each.fresh}
+        if effect in TEXTURE:
+            return {key for key in keys if key[:2] == (Stage.TEXTURE, 1) and key[3] == TEXTURE.index(effect)}
+        return {key for key in keys if key[0] in STREAMS[effect]}
+
+    monkeypatch.setattr(np.random, "PCG64", Recorded)
+    assert draws(everything_on())
+    assert not draws(changed(everything_on(), path, rate=0.0))
+
+
+def test_a_sun_is_drawn_only_where_it_is_asked_for_and_is_one_for_all():
+    both = everything_on()
+    both = changed(changed(both, ("shadows",), lamp=0.0), ("relief",), rate=1.0)
+    scenes = [drawn(both, index) for index in range(8)]
+    lit = [scene for scene in scenes if scene.shadows and scene.relief]
+    assert len(lit) >= 5
+    assert all(scene.shadows.sun == scene.relief.sun for scene in lit)
+    alone = [drawn(changed(both, ("relief",), rate=0.0), index).shadows for index in range(8)]
+    assert alone == [scene.shadows for scene in scenes]
+
+
+def test_shadows_are_cast_by_what_stands_outside_the_frame():
+    for lamp, least in ((0.0, 16), (1.0, 12)):
+        domains = changed(everything_on(), ("shadows",), lamp=lamp)
+        cast = [drawn(domains, index).shadows for index in range(20)]
+        assert sum(each is not None for each in cast) >= least
+        for caster in (caster for each in cast if each for caster in each.casters):
+            # The nearest corner of its box, whichever way it is turned.
+            half = [abs(math.cos(caster.turn)), abs(math.sin(caster.turn))]
+            reach = [
+                half[0] * caster.size[0] + half[1] * caster.size[1],
+                half[1] * caster.size[0] + half[0] * caster.size[1],
+            ]
+            if caster.kind in ("tree", "pole"):
+                reach = [max(caster.size[:2])] * 2
+            outside = [abs(at) - side / 2 > 5.0 for at, side in zip(caster.foot, reach, strict=True)]
+            assert any(outside), caster
+
+
+def test_what_gleams_is_seen_from_the_car_in_the_picture():
+    domains = everything_on()
+    scene = drawn(domains, 3)
+    assert scene.wet.eyes == scene.glare.eyes and len(scene.wet.eyes) == 4
+    for x, y, z in scene.wet.eyes:
+        assert 0.5 < z < 1.2
+        assert PLATE.frame.contains(PLATE.frame.to_image(np.array([x, y])))
+        # Just outside the car's box.
+        assert 0 < max(abs(x) - 0.93, abs(y) - 1.71) < 0.25
 
 
 @pytest.mark.parametrize(
@@ -108,7 +211,7 @@ def test_streams_differ_by_seed_index_stage_and_child():
 
 def test_stage_numbers_are_never_given_away_again():
     assert [stage.name for stage in sorted(Stage)][:4] == ["LAYOUT", "SHAPE", "COLOUR", "TEXTURE"]
-    assert len(set(Stage)) == 11
+    assert len(set(Stage)) == 16
     # The first draw of a known stream: it changes when the way seeds are made does.
     assert stream(7, 3, Stage.NOISE).integers(2**32) == 3763936583
 

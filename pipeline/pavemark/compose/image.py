@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pavemark.colour import quantise
-from pavemark.compose import blend, brightness, noise, optics
+from pavemark.compose import blend, brightness, light, noise, optics
 from pavemark.layers import Layers
 from pavemark.plan import Plan
 from pavemark.plate import Plate
@@ -30,12 +30,20 @@ def compose(scene: Scene, plan: Plan, plate: Plate, layers: Layers | None) -> np
     ndarray (H, W, 3) uint8
         Display sRGB. Rounded once, after the last step; pixels that no step touches are the plate's.
     """
-    image = plate.image
+    image = plate.image.astype(np.float32)
     for step in plan.steps:
         if step == "optics":
             layers = optics.apply(layers, scene.optics)
         elif step == "blend":
             image = blend.apply(plate, layers, scene.blend)
+        elif step == "relief":
+            image = light.relief(image, plate, layers, scene.relief)
+        elif step == "shadows":
+            image = light.shadows(image, plate, layers, scene.shadows)
+        elif step == "wet":
+            image = light.wet(image, plate, layers, scene.wet)
+        elif step == "glare":
+            image = light.glare(image, plate, scene.glare)
         elif step == "brightness":
             image = brightness.apply(image, scene.brightness)
         else:

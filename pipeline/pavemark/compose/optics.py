@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 
+import attrs
 import cv2
 import numpy as np
 from scipy.ndimage import map_coordinates
@@ -116,7 +117,7 @@ def _edges(plate: Plate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def apply(layers: Layers, optics: Optics) -> Layers:
-    """Blur the decals as the cameras blurred the picture.
+    """Blur the layers as the cameras blurred the picture.
 
     Copies of fixed blur are mixed in the share that gives each pixel the wanted variance; a constant blur is exact.
 
@@ -130,16 +131,24 @@ def apply(layers: Layers, optics: Optics) -> Layers:
     Layers
         Premultiplied as before, so that the paint's colour does not bleed.
     """
-    height, width = layers.decals.shape[:2]
+    rendered = {name: layer for name, layer in attrs.asdict(layers, recurse=False).items() if layer is not None}
+    height, width = next(iter(rendered.values())).shape[:2]
     sigma = _over(np.array(optics.blur), height, width)
     reach = int(np.ceil(4 * sigma.max()))
-    v, u = (np.flatnonzero((layers.decals[..., 3] > 0).any(axis)) for axis in (1, 0))
-    if not len(v) or not reach:
+    if not reach:
         return layers
+    return Layers(**{name: _softened(layer, sigma, reach) for name, layer in rendered.items()})
+
+
+def _softened(layer: np.ndarray, sigma: np.ndarray, reach: int) -> np.ndarray:
+    """A layer (H, W, C) blurred by sigma (H, W) pixels; where it does not differ from its corner, it stays as it is."""
+    v, u = (np.flatnonzero((layer != layer[0, 0]).any((axis, 2))) for axis in (1, 0))
+    if not len(v):
+        return layer
     box = tuple(slice(max(0, at[0] - reach), at[-1] + reach + 1) for at in (v, u))
-    decals = np.zeros_like(layers.decals)
-    decals[box] = _mixed(layers.decals[box], sigma[box])
-    return Layers(decals)
+    softened = layer.copy()
+    softened[box] = _mixed(layer[box], sigma[box])
+    return softened
 
 
 def _over(nodes: np.ndarray, height: int, width: int) -> np.ndarray:
@@ -169,7 +178,8 @@ def _blurred(decals: np.ndarray, sigma: float) -> np.ndarray:
     """Decals after a Gaussian of one sigma; the paint goes on beyond the picture's border."""
     if sigma == 0:
         return decals.copy()
-    return cv2.GaussianBlur(decals, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
+    # OpenCV drops the axis of a single channel.
+    return cv2.GaussianBlur(decals, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE).reshape(decals.shape)
 
 
 _SIGMAS = np.geomspace(0.2, 6, 200)

@@ -75,7 +75,9 @@ def follow(scene: Scene, drawn: Iterable[Drawn]) -> Scene:
             corners = _moved(slot, scene.markings[owner], marking)
             if corners is not None:
                 slots.append(_evolved(slot, corners, number))
-    return attrs.evolve(scene, markings=markings, slots=tuple(slots))
+    # Relief is that of markings.
+    relief = scene.relief if markings else None
+    return attrs.evolve(scene, markings=markings, slots=tuple(slots), relief=relief)
 
 
 def _evolved(slot: Slot, corners: tuple, number: int) -> Slot:

@@ -9,11 +9,11 @@ from typing import Any
 
 import attrs
 
-from pavemark.plan import PAINT_EFFECTS, plan
+from pavemark.plan import LIGHT, PAINT_EFFECTS, plan
 from pavemark.records import from_json
 from pavemark.scene import Scene
 
-SCENE_EFFECTS = ("tyres", "curvature", "optics", "blend", "brightness", "noise")
+SCENE_EFFECTS = ("tyres", "curvature", "optics", "blend", *LIGHT, "brightness", "noise")
 
 
 def explanation(scene: Scene) -> dict[str, Any]:

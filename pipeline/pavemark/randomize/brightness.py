@@ -5,7 +5,7 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
-from pavemark.randomize.streams import uniform
+from pavemark.randomize.streams import happens, uniform
 from pavemark.records import interval, within
 from pavemark.scene import Brightness
 
@@ -20,6 +20,6 @@ class Ranges:
 
 def sample(rng: np.random.Generator, ranges: Ranges) -> Brightness | None:
     """Draw the brightness of an image, or none."""
-    if rng.random() >= ranges.rate:
+    if not happens(rng, ranges.rate):
         return None
     return Brightness(uniform(rng, ranges.factor))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
-from pavemark.randomize.streams import seed, uniform
+from pavemark.randomize.streams import happens, seed, uniform
 from pavemark.records import interval, within
 from pavemark.scene import Curvature
 
@@ -21,6 +21,6 @@ class Ranges:
 
 def sample(rng: np.random.Generator, ranges: Ranges) -> Curvature | None:
     """Draw the curvature of an image, or none."""
-    if rng.random() >= ranges.rate:
+    if not happens(rng, ranges.rate):
         return None
     return Curvature(uniform(rng, ranges.alpha), uniform(rng, ranges.sigma), seed(rng))

@@ -8,7 +8,21 @@ from typing import Any
 import attrs
 
 from pavemark import assets
-from pavemark.randomize import brightness, colour, curvature, layout, noise, optics, shape, texture
+from pavemark.randomize import (
+    brightness,
+    colour,
+    curvature,
+    glare,
+    layout,
+    noise,
+    optics,
+    relief,
+    shadows,
+    shape,
+    sun,
+    texture,
+    wet,
+)
 from pavemark.scene import Blend
 
 
@@ -25,6 +39,11 @@ class Domains:
     brightness: brightness.Ranges = attrs.field(factory=brightness.Ranges)
     blend: Blend = attrs.field(factory=Blend)
     optics: optics.Ranges = attrs.field(factory=optics.Ranges)
+    sun: sun.Ranges = attrs.field(factory=sun.Ranges)
+    relief: relief.Ranges = attrs.field(factory=relief.Ranges)
+    shadows: shadows.Ranges = attrs.field(factory=shadows.Ranges)
+    wet: wet.Ranges = attrs.field(factory=wet.Ranges)
+    glare: glare.Ranges = attrs.field(factory=glare.Ranges)
 
 
 def preset(name: str) -> dict[str, Any]:

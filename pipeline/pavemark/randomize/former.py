@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 
 from pavemark.randomize.row import Row, strokes
-from pavemark.randomize.streams import uniform
+from pavemark.randomize.streams import happens, uniform
 from pavemark.records import interval, within
 from pavemark.scene import Marking, Paint, Wear
 
@@ -54,7 +54,7 @@ class Former:
 
 def sample(rng: np.random.Generator, ranges: Ranges) -> Former | None:
     """Draw the former coat of a row, or none."""
-    if rng.random() >= ranges.rate:
+    if not happens(rng, ranges.rate):
         return None
     return Former(
         along=uniform(rng, ranges.along),

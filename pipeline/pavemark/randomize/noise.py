@@ -5,7 +5,7 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
-from pavemark.randomize.streams import seed, uniform
+from pavemark.randomize.streams import happens, seed, uniform
 from pavemark.records import interval, one_of, within
 from pavemark.scene import Noise
 
@@ -40,7 +40,7 @@ class Ranges:
 
 def sample(rng: np.random.Generator, ranges: Ranges) -> Noise | None:
     """Draw the noise of an image, or none."""
-    if rng.random() >= ranges.rate:
+    if not happens(rng, ranges.rate):
         return None
     kind = ranges.kinds[int(rng.random() * len(ranges.kinds))]
     amount = uniform(rng, ranges.share if kind == "salt-and-pepper" else ranges.level)

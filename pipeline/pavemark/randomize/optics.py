@@ -5,6 +5,7 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
+from pavemark.randomize.streams import happens
 from pavemark.records import within
 from pavemark.scene import Optics
 
@@ -26,6 +27,6 @@ def sample(rng: np.random.Generator, ranges: Ranges, blur: Blur | None) -> Optic
     blur : tuple of tuple of float, or None
         What was measured on the plate, as in `pavemark.scene.Optics`; without it there is none.
     """
-    if rng.random() >= ranges.rate or blur is None:
+    if blur is None or not happens(rng, ranges.rate):
         return None
     return Optics(blur)

@@ -4,8 +4,25 @@ from __future__ import annotations
 
 import attrs
 
+from pavemark.light import Sun
 from pavemark.plate import Plate
-from pavemark.randomize import brightness, colour, curvature, former, layout, noise, optics, shape, symbols, texture
+from pavemark.randomize import (
+    brightness,
+    colour,
+    curvature,
+    former,
+    glare,
+    layout,
+    noise,
+    optics,
+    relief,
+    shadows,
+    shape,
+    symbols,
+    texture,
+    wet,
+)
+from pavemark.randomize import sun as daylight
 from pavemark.randomize import tyres as traffic
 from pavemark.randomize.domains import Domains
 from pavemark.randomize.fitted import fitted
@@ -82,13 +99,21 @@ def randomize(
             markings.append(symbols.marking(sign, rows[0], textured(_SYMBOL_MARKING, paint)))
         markings += [Marking("slot", textured(number, paint), strokes(row)) for number, row in enumerate(rows)]
 
+    def sun() -> Sun:
+        return daylight.sample(job_seed, index, domains.sun)
+
     tracks = traffic.sample(rng(Stage.TYRES), domains.texture.tyres)
     scene = Scene(
         index=index,
         plate=plate.ref,
+        shadows=shadows.sample(rng(Stage.SHADOWS), domains.shadows, plate.frame, sun),
+        wet=wet.sample(rng(Stage.WET), domains.wet, plate),
+        glare=glare.sample(rng(Stage.GLARE), domains.glare, plate),
         noise=noise.sample(rng(Stage.NOISE), domains.noise),
         brightness=brightness.sample(rng(Stage.BRIGHTNESS), domains.brightness),
     )
+    if any((markings, scene.shadows, scene.wet, scene.glare)):
+        scene = attrs.evolve(scene, optics=optics.sample(rng(Stage.OPTICS), domains.optics, blur))
     if not markings:
         return scene
     return attrs.evolve(
@@ -98,5 +123,5 @@ def randomize(
         tyres=traffic.tyres(tracks, rows) if tracks is not None and rows else None,
         curvature=curvature.sample(rng(Stage.CURVATURE), domains.curvature),
         blend=domains.blend,
-        optics=optics.sample(rng(Stage.OPTICS), domains.optics, blur),
+        relief=relief.sample(rng(Stage.RELIEF), domains.relief, sun),
     )

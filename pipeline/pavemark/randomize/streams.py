@@ -25,6 +25,11 @@ class Stage(IntEnum):
     SYMBOL = 8
     FORMER = 9
     TYRES = 10
+    SUN = 11
+    RELIEF = 12
+    SHADOWS = 13
+    WET = 14
+    GLARE = 15
 
 
 def stream(job_seed: int, index: int, stage: Stage, *children: int) -> np.random.Generator:
@@ -52,6 +57,11 @@ def stream(job_seed: int, index: int, stage: Stage, *children: int) -> np.random
 def seed(rng: np.random.Generator) -> int:
     """A seed for a field that is drawn later, 0 to 2⁶³ - 1."""
     return int(rng.integers(2**63, dtype=np.uint64))
+
+
+def happens(rng: np.random.Generator, rate: float) -> bool:
+    """Whether something happens that does so at a rate, 0 to 1; where it never does, nothing is drawn."""
+    return rate > 0 and rng.random() < rate
 
 
 def uniform(rng: np.random.Generator, interval: tuple[float, float]) -> float:

@@ -8,6 +8,7 @@ import attrs
 import numpy as np
 
 from pavemark.randomize.row import Row
+from pavemark.randomize.streams import happens
 from pavemark.scene import Area, Marking, Paint, Path, Stroke
 
 # A glyph is paths on a grid 2 wide and 4 high, its origin at the lower left.
@@ -66,7 +67,7 @@ class Symbols:
 
 def sample(rng: np.random.Generator, rate: float) -> Symbols | None:
     """Draw the symbols of an image, or none."""
-    if rng.random() >= rate:
+    if not happens(rng, rate):
         return None
     return Symbols(
         arrow=bool(rng.random() < 0.3),

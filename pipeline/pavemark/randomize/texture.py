@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 
 from pavemark.randomize import former, tyres
-from pavemark.randomize.streams import Stage, stream, uniform
+from pavemark.randomize.streams import Stage, happens, stream, uniform
 from pavemark.records import interval, one_of, within
 from pavemark.scene import PATTERNS, Chips, Cracks, Dirt, Grain, Paint, Pattern, Wear
 
@@ -128,7 +128,7 @@ def sample(job_seed: int, index: int, marking: int, ranges: Ranges, paint: Paint
     for number, (name, effect) in enumerate(_EFFECTS.items()):
         rng = stream(job_seed, index, Stage.TEXTURE, 1, marking, number)
         of = getattr(ranges, name)
-        if rng.random() < of.rate:
+        if happens(rng, of.rate):
             drawn[name] = effect(rng, of, age)
     fade = drawn.pop("fade", 1.0)
     return attrs.evolve(paint, opacity=fade, **drawn)

@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 
 from pavemark.randomize.row import Row
-from pavemark.randomize.streams import uniform
+from pavemark.randomize.streams import happens, uniform
 from pavemark.records import interval, within
 from pavemark.scene import Path, Tyres
 
@@ -61,7 +61,7 @@ class Traffic:
 
 def sample(rng: np.random.Generator, ranges: Ranges) -> Traffic | None:
     """Draw the traffic of an image, or none."""
-    if rng.random() >= ranges.rate:
+    if not happens(rng, ranges.rate):
         return None
     cars = tuple(
         Car(bool(rng.random() < 0.7), rng.random(), uniform(rng, ranges.aisle), uniform(rng, ranges.track))
