@@ -5,6 +5,7 @@ from pathlib import Path
 
 import bpy
 
+from pavemark.background import cache
 from pavemark.job.config import toml
 
 from .. import backdrop, child, document, edits, running
@@ -68,6 +69,8 @@ class PAVEMARK_OT_remove_markings(Reporting, bpy.types.Operator):
             scratch.cleanup()
             if name in bpy.data.scenes:
                 edits.looked_at(bpy.data.scenes[name])
+                if not bpy.data.scenes[name].pavemark.background.clean:
+                    return f"The plate cannot be kept: {cache.folder()} cannot be written"
             return "Markings removed"
 
         running.start(running.PLATES, [*command, "--leash", "--every", "0"], then)

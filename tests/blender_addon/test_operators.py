@@ -19,6 +19,7 @@ from pavemark.scene import Scene
 bpy = pytest.importorskip("bpy", reason="the bpy wheel is not installed")
 
 from blender_addon import backdrop, document, lines, operators, running, shot  # noqa: E402 - needs bpy
+from blender_addon.effects import EFFECTS  # noqa: E402
 from pavemark.compose.image import compose  # noqa: E402
 
 
@@ -195,7 +196,7 @@ def test_dragged_curves_move_labels(drawn):
 
 
 def test_the_render_is_what_a_job_makes_to_the_bit(drawn, renderer):
-    for name in ("wear", "grain", "cracks", "curvature", "optics", "noise", "brightness", "tyres"):
+    for name in EFFECTS:
         getattr(drawn.pavemark, name).use = True
     bpy.ops.pavemark.render()
     scene, plate = document.current(drawn), backdrop.plate(drawn)
