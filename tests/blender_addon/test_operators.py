@@ -20,6 +20,7 @@ bpy = pytest.importorskip("bpy", reason="the bpy wheel is not installed")
 
 from blender_addon import backdrop, document, lines, operators, running, shot  # noqa: E402 - needs bpy
 from blender_addon.effects import EFFECTS  # noqa: E402
+from blender_addon.operators import batch  # noqa: E402
 from pavemark.compose.image import compose  # noqa: E402
 
 
@@ -299,3 +300,13 @@ def test_a_job_is_exported_as_the_panel_says(drawn, inputs, tmp_path):
     assert (job.shape.open, job.shape.closed, job.shape.corner) == (1.0, 0.0, 0.0)
     assert Path(job.images).resolve() == inputs / "images"
     assert 'images = "../' in path.read_text()
+
+
+def test_a_largest_error_is_the_jobs_where_jobs_know_of_it(drawn, monkeypatch):
+    drawn.pavemark.max_error = 4.0
+    monkeypatch.setattr(batch, "has_max_error", lambda: False)
+    assert "max_error" not in batch.job_tables(drawn)
+    monkeypatch.setattr(batch, "has_max_error", lambda: True)
+    assert batch.job_tables(drawn)["max_error"] == 4.0
+    drawn.pavemark.max_error = 0.0
+    assert "max_error" not in batch.job_tables(drawn)
