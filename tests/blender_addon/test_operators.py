@@ -196,6 +196,23 @@ def test_dragged_curves_move_labels(drawn):
     assert len(document.current(drawn).slots) == len(before.slots)
 
 
+def test_lines_that_hands_add_are_painted(drawn):
+    before = document.known(drawn)
+    shown = next(each for each in drawn.objects if lines.NUMBER in each)
+    bezier = shown.data.splines.new("BEZIER")
+    bezier.bezier_points.add(1)
+    for point, x in zip(bezier.bezier_points, (0.0, 1.0), strict=True):
+        point.co = (x, 0.5, 0.0)
+        point.handle_left, point.handle_right = (x - 0.3, 0.5, 0.0), (x + 0.3, 0.5, 0.0)
+    marking = document.current(drawn).markings[0]
+    assert len(marking.strokes) == len(before.markings[0].strokes) + 1
+    added = marking.strokes[-1]
+    assert np.allclose(added.path, [(x, 0.5) for x, _ in added.path]) and len(added.path) == 13
+    assert (added.path[0][0], added.path[-1][0]) == pytest.approx((0.0, 1.0), abs=1e-6)
+    assert added.width == pytest.approx(before.markings[0].strokes[0].width)
+    assert document.current(drawn).slots == before.slots
+
+
 def test_the_render_is_what_a_job_makes_to_the_bit(drawn, renderer):
     for name in EFFECTS:
         getattr(drawn.pavemark, name).use = True
