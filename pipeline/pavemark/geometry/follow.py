@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import attrs
 import numpy as np
@@ -95,18 +96,23 @@ def _settled(marking: Marking, drawn: Drawn) -> Marking:
             old.width if _alike(old.width, new.width) else new.width,
             new.closed,
         )
-        for old, new in _paired(marking.strokes, drawn.strokes)
+        for old, new in _paired(marking.strokes, drawn.strokes, lambda stroke: stroke.path)
     )
     areas = tuple(
-        Area(_same(old.ring, new.ring), tuple(_same(before, now) for before, now in _paired(old.holes, new.holes)))
-        for old, new in _paired(marking.areas, drawn.areas)
+        Area(
+            _same(old.ring, new.ring),
+            tuple(_same(before, now) for before, now in _paired(old.holes, new.holes, lambda hole: hole)),
+        )
+        for old, new in _paired(marking.areas, drawn.areas, lambda area: area.ring)
     )
     return attrs.evolve(marking, strokes=strokes, areas=areas)
 
 
-def _paired(old: tuple, new: tuple) -> Iterable[tuple]:
-    """What is new with what it was, or with itself where their numbers do not tell."""
-    return zip(old if len(old) == len(new) else new, new, strict=True)
+def _paired(old: tuple, new: tuple, path: Callable[[Any], Path]) -> Iterable[tuple]:
+    """What is new with what it was: by its number, or where some came or went by its path; else with itself."""
+    if len(old) == len(new):
+        return zip(old, new, strict=True)
+    return ((next((was for was in old if _same(path(was), path(now)) == path(was)), now), now) for now in new)
 
 
 def _same(old: Path, new: Path) -> Path:
