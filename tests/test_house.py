@@ -20,6 +20,7 @@ FOUNDATION = {
     "files",
     "errors",
     "assets",
+    "calibration",
     "geometry",
     "colour",
     "cameras",
@@ -29,7 +30,7 @@ LEARNING = {"select", "evaluate"}
 MAY_IMPORT = {
     **dict.fromkeys(FOUNDATION, FOUNDATION),
     **{room: FOUNDATION | {room} for room in MIDDLE | LEARNING},
-    "accuracy": FOUNDATION | {"background", "compose", "accuracy"},
+    "accuracy": FOUNDATION | MIDDLE | {"accuracy"},
     "training": FOUNDATION | {"background", "training"},
     "job": FOUNDATION | MIDDLE | LEARNING | {"job"},
     "cli": FOUNDATION | {"job", "background", "accuracy", "training", "cli"},

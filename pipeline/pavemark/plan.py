@@ -108,7 +108,9 @@ def plan(scene: Scene) -> Plan:
     """
     painted = bool(scene.markings)
     lit = [effect for effect in LIGHT if getattr(scene, effect) is not None]
-    passes = (Pass("decals"),) * painted + tuple(Pass(effect, RAYS[effect]) for effect in lit if effect in RAYS)
+    passes = (Pass("decals", scene.rays),) * painted + tuple(
+        Pass(effect, RAYS[effect]) for effect in lit if effect in RAYS
+    )
     steps = ["optics"] * (scene.optics is not None and bool(passes)) + ["blend"] * painted + lit
     steps += [step for step in ("brightness", "noise") if getattr(scene, step) is not None]
     ratio = painted and scene.blend.method == "reflectance"

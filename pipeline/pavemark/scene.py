@@ -365,6 +365,8 @@ class Scene:
     markings : tuple of Marking
         Bottom first: a later one covers an earlier one.
     slots : tuple of Slot
+    rays : int
+        Rays a pixel with which the decals are rendered; see `pavemark.plan.Pass`.
     """
 
     index: int = attrs.field(validator=within(0, 2**53))
@@ -381,6 +383,7 @@ class Scene:
     glare: Glare | None = None
     brightness: Brightness | None = None
     noise: Noise | None = None
+    rays: int = attrs.field(default=1, validator=within(1, 65536))
     version: int = attrs.field(default=1, validator=within(1, 1))
 
     def __attrs_post_init__(self) -> None:

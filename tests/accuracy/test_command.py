@@ -81,7 +81,10 @@ def test_a_report_of_residue_beside_what_others_have_cleaned(folders, accuracy):
     [
         (["--methods", "lama"], "inpainter = 'lama': allowed patchmatch"),
         (["--methods", ","], "--methods: it is empty: allowed patchmatch"),
-        (["--stage", "taste"], "'taste' is not one of 'render', 'blend', 'geometry', 'inpaint', 'residue', 'all'"),
+        (
+            ["--stage", "taste"],
+            "'taste' is not one of 'render', 'effects', 'blend', 'geometry', 'labels', 'inpaint', 'residue', 'all'",
+        ),
         (["--stage", "residue", "--cleaned", "here"], "'here': allowed is NAME=DIR"),
         (["--stage", "residue", "--cleaned", "x=/nowhere"], "/nowhere: cannot be listed"),
         (["--scale", "0"], "scale = 0.0: allowed 1 to 10000"),
@@ -141,14 +144,30 @@ def test_all_does_what_it_can_and_says_what_it_cannot(tmp_path, alone, monkeypat
 
     monkeypatch.setattr("pavemark.accuracy.render.report", none)
     monkeypatch.setattr("pavemark.accuracy.blend.report", judge("blend"))
+    monkeypatch.setattr("pavemark.accuracy.effects.report", judge("effects"))
     monkeypatch.setattr("pavemark.accuracy.geometry.report", judge("geometry"))
+    monkeypatch.setattr("pavemark.accuracy.labels.report", judge("labels"))
+    monkeypatch.setattr("pavemark.accuracy.calibrate.report", none)  # asked for by name only
     done = alone("--out", tmp_path / "out")
     assert done.code == 1
     assert done.err.splitlines() == ["render: not run: render: Blender: No module named 'bpy'"]
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["blend.md", "geometry.md", "report.html"]
+    made = ["blend.md", "effects.md", "geometry.md", "labels.md", "report.html"]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == made
     shown = (tmp_path / "out/report.html").read_text()
     for line in ("render: not run", "inpaint: not run: --images is missing", "residue: not run: --images is missing"):
         assert line in shown
+
+
+def test_calibration_is_a_report_of_its_own(tmp_path, alone, monkeypatch):
+    def report(make, quick, watcher):
+        return Report({"rays.json": "{}", "calibration.md": "what rays promise"}, "what rays promise")
+
+    monkeypatch.setattr("pavemark.accuracy.calibrate.report", report)
+    done = alone("--calibrate", "--out", tmp_path / "out")
+    assert (done.code, done.err) == (0, "")
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {"rays.json", "calibration.md", "report.html"}
+    assert "what rays promise" in (tmp_path / "out/report.html").read_text()
 
 
 @pytest.mark.parametrize("stage", ["inpaint", "residue"])
@@ -192,6 +211,13 @@ def test_a_report_does_not_go_where_its_images_are(folders, accuracy):
     [
         (("--stage", "blend", "--images", "there"), "--images: says nothing to --stage blend: "),
         (("--stage", "geometry", "--methods", "fsr"), "--methods: says nothing to --stage geometry: "),
+        (("--stage", "labels", "--images", "there"), "--images: says nothing to --stage labels: "),
+        (
+            ("--calibrate", "--stage", "render"),
+            "--calibrate: says nothing to --stage render: it is a report of its own",
+        ),
+        (("--calibrate", "--images", "there"), "--images: says nothing to --calibrate: "),
+        (("--calibrate", "--cleaned", "x=there"), "--cleaned: says nothing to --calibrate: "),
         (("--masks", "there"), "--masks: --images is missing"),
         (("--cleaned", "x=there"), "--cleaned: --images is missing"),
         (("--stage", "residue", "--methods", "fsr"), "--methods: --images is missing"),

@@ -9,8 +9,8 @@ import pytest
 import shapely
 
 from pavemark.accuracy import edges, marked
-from pavemark.accuracy.edges import FRESH, WORN, exact, fresh, picture
-from pavemark.accuracy.render import COVERAGE, EEVEE, EEVEE_ONCE, HARD, _without_gpu, report, settings
+from pavemark.accuracy.edges import FRESH, LIT, WORN, exact, fresh, picture
+from pavemark.accuracy.render import COVERAGE, EEVEE, EEVEE_ONCE, HARD, RAYS_ALONE, _without_gpu, report, settings
 from pavemark.accuracy.work_precision import power
 from pavemark.colour import to_linear
 from pavemark.errors import InputError
@@ -28,15 +28,19 @@ class Darts:
     def render(self, scene, plate, plan):
         print("what a renderer prints is not to be heard")
         frame = scene.plate.frame
+        (made,) = plan.passes
+        rng = np.random.default_rng(made.sampling.seed)
+        if made.name == "shadows":
+            share = np.broadcast_to(np.linspace(0, 1, frame.width), (frame.height, frame.width))
+            hits = rng.binomial(made.samples, share) / made.samples
+            return Layers(shadows=hits[..., None].astype(np.float32))
         shape = outline(scene.markings[0], scene.curvature)
         share = coverage(shape, frame)
-        (decals,) = plan.passes
-        if decals.hard:
-            rng = np.random.default_rng(decals.sampling.seed)
+        if made.hard:
             shapely.prepare(shape)
             row, column = np.nonzero((share > 0) & (share < 1))
             corner = np.stack([column, row], -1)[:, None]
-            thrown = frame.to_world(corner + rng.random((len(row), decals.samples, 2)))
+            thrown = frame.to_world(corner + rng.random((len(row), made.samples, 2)))
             share[row, column] = shapely.contains_xy(shape, thrown[..., 0], thrown[..., 1]).mean(1)
         colour = to_linear(np.array(scene.markings[0].paint.rgb))
         return Layers(np.concatenate([share[..., None] * colour, share[..., None]], -1).astype(np.float32))
@@ -83,12 +87,21 @@ def test_more_rays_are_more_exact_by_their_root_and_coverage_beats_them_all(made
     assert [float(row["ssim"]) for row in rays] == sorted(float(row["ssim"]) for row in rays)
 
 
+def test_half_shadows_are_found_by_chance(made):
+    rows = [row for row in csv.DictReader(io.StringIO(made.files["render.csv"])) if row["problem"] == LIT]
+    rays = [row for row in rows if row["family"] == RAYS_ALONE]
+    errors, numbers = ([float(row[name]) for row in rays] for name in ("error", "samples"))
+    assert numbers == [1, 4, 8, 16]
+    assert power(errors, numbers) == pytest.approx(-0.5, abs=0.1)
+    assert [row["samples"] for row in rows if row["ships"] == "True"] == ["8"]
+
+
 def test_the_report_says_what_was_measured_and_what_was_not(made):
     assert "darts 1" in made.told
     assert "Start-up, apart:" in made.told
     assert "Exponents of the error by rays and by time, fitted, fresh paint: hard-edged -0." in made.told
     assert "EEVEE: not run: it is left out when there is little time." in made.told
-    assert "no scene simulates light yet" in made.told
+    assert "Lit against unlit: shadows with 8 rays a pixel take" in made.told
     assert f"**{WORN[0].upper()}{WORN[1:]}.**" in made.told
 
 

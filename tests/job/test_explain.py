@@ -32,6 +32,13 @@ def test_effects_passes_and_steps(tmp_path):
     assert "steps         blend → brightness" in text
 
 
+def test_rays_are_told(tmp_path):
+    path = _file(tmp_path, attrs.evolve(row(), rays=64))
+    assert json.loads(explain_json(path))["passes"] == [{"name": "decals", "samples": 64}]
+    assert "passes        decals, 64 samples a pixel" in explain(path)
+    assert "passes        decals, 1 sample a pixel" in explain(_file(tmp_path, row()))
+
+
 def test_an_empty_scene_calls_for_nothing(tmp_path):
     text = explain(_file(tmp_path, Scene(0, PlateRef("a", "0" * 64))))
     assert "none: Blender is not started" in text and "none: the plate as it is" in text

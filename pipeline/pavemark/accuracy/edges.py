@@ -22,6 +22,15 @@ from pavemark.scene import Scene
 FRESH, WORN = "fresh paint", "worn paint"
 PAINTS = {FRESH: marked.FRESH, WORN: marked.WORN}
 
+LIT = "shadows"
+"""The problem that is lit."""
+
+HALF = 0.02
+"""Share of the sun that must be seen, and must not be, for a pixel to lie in half-shadow."""
+
+LEFT = 0.35
+"""Share of the light that is left in full shadow."""
+
 SHARE = 1e-3
 """Share of a pixel that must be covered, and must not be, for it to lie on an edge."""
 
@@ -35,7 +44,9 @@ class Setting:
 
 
 def scene(problem: str, frame: Frame) -> Scene:
-    """Twelve bent lines in one of PAINTS."""
+    """Twelve bent lines in one of PAINTS; or bare ground that things outside the frame shade."""
+    if problem == LIT:
+        return Scene(0, marked.asphalt(frame).ref, shadows=marked.shaded(frame, LEFT))
     return marked.scattered(frame, PAINTS[problem])
 
 
@@ -44,20 +55,29 @@ def work(make: Callable[[], Renderer], problem: str, frame: Frame, setting: Sett
 
     Returns
     -------
-    ndarray (H, W, 4) float32, or (str, float)
-        The decals. Without a problem the renderer is started only: its version, and the processor time in seconds
-        that the process has used since it began.
+    ndarray (H, W, C) float32, or (str, float)
+        The decals, or the shadows. Without a problem the renderer is started only: its version, and the processor time
+        in seconds that the process has used since it began.
     """
-    renderer = _renderer(make)
     if not problem:
-        return renderer.version, spent()
-    shown = scene(problem, frame)
-    planned = attrs.evolve(plan(shown), passes=(Pass("decals", setting.samples, setting.sampling),))
-    return renderer.render(shown, marked.asphalt(frame), planned).decals
+        return started(make).version, spent()
+    return layer(make, scene(problem, frame), "shadows" if problem == LIT else "decals", setting)
+
+
+def layer(make: Callable[[], Renderer], shown: Scene, name: str, setting: Setting) -> np.ndarray:
+    """Render one pass of a scene: for a process of its own.
+
+    Returns
+    -------
+    ndarray (H, W, C) float32
+    """
+    planned = attrs.evolve(plan(shown), passes=(Pass(name, setting.samples, setting.sampling),))
+    return getattr(started(make).render(shown, marked.asphalt(shown.plate.frame), planned), name)
 
 
 @lru_cache(maxsize=1)
-def _renderer(make: Callable[[], Renderer]) -> Renderer:
+def started(make: Callable[[], Renderer]) -> Renderer:
+    """The renderer of this process, which is started once."""
     # Renderers talk; what they say goes nowhere, and what they make comes back as a value.
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
@@ -69,6 +89,17 @@ def picture(decals: np.ndarray) -> np.ndarray:
     """Display levels (H, W, 3), not rounded, of decals over even ground."""
     decals = decals.astype(np.float64)
     return to_display(np.clip(decals[..., :3] + (1 - decals[..., 3:]) * LINEAR[marked.TONE], 0.0, 1.0))
+
+
+def shaded(seen: np.ndarray) -> np.ndarray:
+    """Display levels (H, W, 3), not rounded, of even ground that sees a share (H, W, 1) of the sun."""
+    light = LEFT + (1 - LEFT) * seen.astype(np.float64)
+    return to_display(np.repeat(light * LINEAR[marked.TONE], 3, axis=-1))
+
+
+def half_shadow(seen: np.ndarray) -> np.ndarray:
+    """The pixels (H, W) that see a part (H, W, 1) of the sun only."""
+    return (seen[..., 0] > HALF) & (seen[..., 0] < 1 - HALF)
 
 
 def exact(shown: Scene) -> np.ndarray:

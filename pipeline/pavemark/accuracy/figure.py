@@ -90,13 +90,17 @@ def figure(name: str, made: Sequence[Point], axis: Axis, across: int) -> str:
     str
         SVG without a date; the same points give the same bytes.
     """
+    return svg(name, lambda: _drawn(made, axis, across))
+
+
+def svg(name: str, draw: Callable[[], Figure]) -> str:
+    """A drawing in the report's style as SVG without a date; the ids within follow from the name."""
     with mpl.rc_context():
         mpl.rcdefaults()  # what a user has set for figures of their own is not for ours
         mpl.rcParams.update(STYLE | {"svg.hashsalt": name})
-        drawn = _drawn(made, axis, across)
         text = io.StringIO()
         undated = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-        FigureCanvasSVG(drawn).print_figure(text, format="svg", metadata=undated, bbox_inches="tight")
+        FigureCanvasSVG(draw()).print_figure(text, format="svg", metadata=undated, bbox_inches="tight")
     return text.getvalue()
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from pavemark.colour import quantise
 from pavemark.ground import Frame
+from pavemark.light import Caster, Shadows, Sun
 from pavemark.plate import Plate
 from pavemark.scene import (
     Area,
@@ -76,6 +77,16 @@ def scattered(frame: Frame, paint: Paint, count: int = 12, seed: int = 7) -> Sce
         strokes.append(Stroke((_point(start), _point(end)), rng.uniform(0.08, 0.2)))
     marking = Marking("slot", paint, tuple(strokes))
     return Scene(0, asphalt(frame).ref, (marking,), curvature=BENT, blend=Blend("alpha"))
+
+
+def shaded(frame: Frame, left: float) -> Shadows:
+    """A tree and a pole beside the frame, in the sun: dappled shadow, and a straight one that grows softer."""
+    reach = min(frame.size) / 2
+    things = (
+        Caster("tree", (-1.7 * reach, 0.4 * reach), (0.9 * reach, 0.9 * reach, 1.3 * reach)),
+        Caster("pole", (-1.3 * reach, -0.5 * reach), (0.06 * reach, 0.06 * reach, 1.2 * reach)),
+    )
+    return Shadows((left, left, left), sun=Sun(azimuth=2.9, elevation=0.6), casters=things)
 
 
 def row(slots: int = 3, turn: float = 0.0) -> tuple[Stroke, ...]:

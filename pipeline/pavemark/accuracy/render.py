@@ -9,7 +9,22 @@ import attrs
 import numpy as np
 
 from pavemark.accuracy.apart import Answer, Apart
-from pavemark.accuracy.edges import FRESH, PAINTS, WORN, Setting, edges, errors, exact, fresh, picture, scene, work
+from pavemark.accuracy.edges import (
+    FRESH,
+    LIT,
+    PAINTS,
+    WORN,
+    Setting,
+    edges,
+    errors,
+    exact,
+    fresh,
+    half_shadow,
+    picture,
+    scene,
+    shaded,
+    work,
+)
 from pavemark.accuracy.figure import Axis
 from pavemark.accuracy.race import Contender, Run, race
 from pavemark.accuracy.report import Report
@@ -19,7 +34,7 @@ from pavemark.accuracy.write_up import Wording, written
 from pavemark.errors import InputError
 from pavemark.ground import Frame
 from pavemark.layers import Renderer
-from pavemark.plan import Sampling
+from pavemark.plan import RAYS, Sampling
 
 FRAME, QUICK_FRAME = Frame(300, 300), Frame(120, 120)
 
@@ -32,6 +47,7 @@ ANOTHER = 1
 ROUNDS, QUICK_ROUNDS = 5, 2
 
 HARD, COVERAGE, EEVEE = "hard-edged", "coverage", "EEVEE"
+RAYS_ALONE = "rays"
 
 PATIENCE = 60.0
 """Seconds that EEVEE is given for a picture, shaders compiled: a graphics card takes one, a processor that plays one
@@ -79,6 +95,19 @@ def settings(quick: bool) -> dict[tuple[str, str], Setting]:
     }
 
 
+def lit_settings(quick: bool) -> dict[tuple[str, str], Setting]:
+    """What is held against each other where light is simulated."""
+    return {
+        **{(RAYS_ALONE, str(n)): Setting(n, Sampling()) for n in ((1, 4, 8, 16) if quick else (1, 4, 8, 16, 64, 256))},
+        **{
+            (f"adaptive (≤ {most})", f"at {noise:g}"): Setting(most, Sampling(threshold=noise))
+            for most in ((64,) if quick else (256,))
+            for noise in (0.1, 0.03, 0.01)
+        },
+        **{("denoised", str(n)): Setting(n, Sampling(denoise=True)) for n in (4, 16)},
+    }
+
+
 def report(make: Callable[[], Renderer], quick: bool, watcher: Watcher) -> Report:
     """Race the ways to render: render.svg, render.csv and render.md.
 
@@ -96,18 +125,19 @@ def report(make: Callable[[], Renderer], quick: bool, watcher: Watcher) -> Repor
         When there is no renderer.
     """
     frame = QUICK_FRAME if quick else FRAME
-    asked = settings(quick)
+    asked, lit = settings(quick), lit_settings(quick)
+    of = dict.fromkeys(PAINTS, asked) | {LIT: lit}
     # An engine that finds no GPU may end its process, or take for ever.
     with Apart(work, "render") as blender, Apart(work, "render", patience=PATIENCE) as eevee:
         start = blender(make, "", frame, asked[COVERAGE, "1"])
         first = blender(make, FRESH, frame, asked[COVERAGE, "1"])
         left_out = _without_gpu(lambda: eevee(make, FRESH, frame, EEVEE_ONCE), quick)
         most = Setting(QUICK_REFERENCE if quick else REFERENCE, Sampling(seed=ANOTHER))
-        worn = blender(make, WORN, frame, most).value
+        worn, seen = (blender(make, problem, frame, most).value for problem in (WORN, LIT))
 
         def ask(one: Contender) -> Answer:
             process = eevee if one.family == EEVEE else blender
-            return process(make, one.problem, frame, asked[one.family, one.setting])
+            return process(make, one.problem, frame, of[one.problem][one.family, one.setting])
 
         contenders = [
             Contender(problem, family, setting, family == COVERAGE)
@@ -115,15 +145,19 @@ def report(make: Callable[[], Renderer], quick: bool, watcher: Watcher) -> Repor
             for family, setting in asked
             if not (left_out and family == EEVEE)
         ]
+        shipped = (RAYS_ALONE, str(RAYS["shadows"]))
+        contenders += [Contender(LIT, *one, one == shipped) for one in lit]
         runs, failed = race(contenders, ask, QUICK_ROUNDS if quick else ROUNDS, watcher)
     share = exact(scene(FRESH, frame))
-    truths = {FRESH: fresh(share), WORN: picture(worn)}
+    truths = {FRESH: fresh(share), WORN: picture(worn), LIT: shaded(seen)}
     edge = edges(share)
+    where = dict.fromkeys(PAINTS, edge) | {LIT: half_shadow(seen)}
 
     def judge(run: Run) -> dict[str, float]:
-        truth = truths[run.contender.problem]
-        samples = asked[run.contender.family, run.contender.setting].samples
-        return {"samples": samples, **errors(picture(run.value), truth, edge)}
+        problem = run.contender.problem
+        samples = of[problem][run.contender.family, run.contender.setting].samples
+        shown = (shaded if problem == LIT else picture)(run.value)
+        return {"samples": samples, **errors(shown, truths[problem], where[problem])}
 
     made = points(runs, RenderPoint, judge)
     version, loaded = start.value
@@ -144,7 +178,7 @@ def report(make: Callable[[], Renderer], quick: bool, watcher: Watcher) -> Repor
                 "SSIM": lambda point: f"{point.ssim:.4f}",
                 "FLIP": lambda point: "–" if np.isnan(point.flip) else f"{point.flip:.4f}",
             },
-            remarks=(startup, *_slopes(made), *(left_out or [DRIVEN]), UNLIT),
+            remarks=(startup, *_slopes(made), *(left_out or [DRIVEN]), _lit(made)),
             failed=failed,
         ),
     )
@@ -165,7 +199,16 @@ DRIVEN = (
     f"{EEVEE} draws through a graphics driver: its processor time is that of all threads where a program plays the "
     "card, and leaves out what a card does."
 )
-UNLIT = "Lit against unlit is not measured: no scene simulates light yet."
+
+
+def _lit(made: Sequence[RenderPoint]) -> str:
+    """What light costs beside paint alone."""
+    unlit, lit = (next(p for p in made if p.problem == problem and p.ships) for problem in (WORN, LIT))
+    return (
+        f"Lit against unlit: shadows with {lit.samples} rays a pixel take {duration(lit.seconds)}, "
+        f"{lit.seconds / unlit.seconds:.1f} times the {duration(unlit.seconds)} of worn paint with one. "
+        "A pixel of light costs a ray to the ground and another to the sun."
+    )
 
 
 def _intro(frame: Frame, count: int, most: int, version: str) -> str:
@@ -180,7 +223,7 @@ def _intro(frame: Frame, count: int, most: int, version: str) -> str:
 
 def _slopes(made: Sequence[RenderPoint]) -> Iterator[str]:
     """How errors fall with rays and with time, for each way that has a row of numbers of rays."""
-    for problem in PAINTS:
+    for problem in (*PAINTS, LIT):
         said = []
         for family in families(made):
             of = [point for point in made if (point.problem, point.family) == (problem, family)]

@@ -22,8 +22,10 @@ from pavemark.job.worker import installed_renderer
 INCOMPLETE = 1
 
 ALL = "all"
-OWN, OF_IMAGES = ("render", "blend", "geometry"), ("inpaint", "residue")
+OWN = ("render", "effects", "blend", "geometry", "labels")
+OF_IMAGES = ("inpaint", "residue")
 STAGES = (*OWN, *OF_IMAGES, ALL)
+CALIBRATION = "calibration"
 
 PAGE = "report.html"
 
@@ -49,6 +51,7 @@ class _Cleaned(click.ParamType):
 @click.option("--metres-per-pixel", type=float, metavar="M", help="The same, the other way round.")
 @click.option("--segmenter", metavar="NAME", help="What finds markings and ground where there are no masks.")
 @click.option("--set", "settings", metavar="FIELD=VALUE", multiple=True, help="A line of a job file: mask.ground = [0]")
+@click.option("--calibrate", is_flag=True, help="Measure the table that render --max-error goes by: REPORT/rays.json.")
 @click.option("--quick", is_flag=True, help="Less of everything: about a minute, four images at most.")
 @click.option("--quiet", is_flag=True, help="Say only what goes wrong.")
 def accuracy(
@@ -57,26 +60,33 @@ def accuracy(
     methods: str | None,
     cleaned: tuple[tuple[str, Path], ...],
     settings: tuple[str, ...],
+    calibrate: bool,
     quick: bool,
     quiet: bool,
     **options,
 ) -> int:
     """Measure on this machine what accuracy costs in time.
 
-    Stages render, blend and geometry need no images: error against time for rays, solvers and outlines, in figures
-    (REPORT/render.svg …) and tables (render.csv, render.md …). Stages inpaint and residue judge what fills the ground
-    where markings were, on images of yours. REPORT/report.html has all of it on one page.
+    Stages render, blend, geometry and labels need no images: error against time for rays, solvers, outlines and label
+    files, in figures (REPORT/render.svg …) and tables (render.csv, render.md …). Stages inpaint and residue judge what
+    fills the ground where markings were, on images of yours. REPORT/report.html has all of it on one page.
+
+    --calibrate measures another thing, and alone: what rays promise, for render --max-error E --calibration
+    REPORT/rays.json.
     """
+    asked = f"--stage {stage}"
+    if calibrate:
+        if stage != ALL:
+            raise InputError("--calibrate", f"says nothing to {asked}: it is a report of its own")
+        stage, asked = CALIBRATION, "--calibrate"
     if cleaned and stage not in ("residue", ALL):
-        raise InputError("--cleaned", f"says nothing to --stage {stage}: --stage residue is allowed with it")
+        raise InputError("--cleaned", f"says nothing to {asked}: --stage residue is allowed with it")
     twice = [name for name, _ in cleaned if [other for other, _ in cleaned].count(name) > 1]
     if twice:
         raise InputError("--cleaned", f"{twice[0]} is given twice: another name is allowed")
     for option, given in (("--images", options["images"]), ("--masks", options["masks"]), ("--methods", methods)):
-        if given is not None and stage in OWN:
-            raise InputError(
-                option, f"says nothing to --stage {stage}: {', '.join(OF_IMAGES)} or {ALL} is allowed with it"
-            )
+        if given is not None and stage in (*OWN, CALIBRATION):
+            raise InputError(option, f"says nothing to {asked}: {', '.join(OF_IMAGES)} or {ALL} is allowed with it")
     for option, given in (("--masks", options["masks"]), ("--methods", methods), ("--cleaned", cleaned or None)):
         if given is not None and options["images"] is None:
             raise InputError(option, NO_IMAGES)
@@ -88,7 +98,7 @@ def accuracy(
     files.writable(out)
     runs, pictures = _Counting(shown(quiet, "runs")), _Counting(shown(quiet))
     if stage in OF_IMAGES and not inputs.images:
-        raise InputError(f"--stage {stage}", NO_IMAGES)
+        raise InputError(asked, NO_IMAGES)
     sample = _sample(inputs, pictures) if inputs.images else None
     judges = _judges(sample, _methods(methods) if sample else (), dict(cleaned), quick, runs, pictures)
     made, left_out = {}, ()
@@ -139,26 +149,38 @@ def _judges(
 ) -> dict[str, Callable[[], Report]]:
     """What judges each stage for which there is what it needs."""
     # matplotlib and the libraries of rivals take a second to load, and the other commands have no use for them.
-    from pavemark.accuracy import blend, geometry, inpaint, render, traces  # noqa: PLC0415
+    from pavemark.accuracy import (  # noqa: PLC0415
+        blend,
+        calibrate,
+        effects,
+        geometry,
+        inpaint,
+        labels,
+        render,
+        traces,
+    )
 
     own = {
         "render": lambda: render.report(installed_renderer, quick, runs),
+        "effects": lambda: effects.report(installed_renderer, quick, runs),
         "blend": lambda: blend.report(quick, runs),
         "geometry": lambda: geometry.report(quick, runs),
+        "labels": lambda: labels.report(quick, runs),
     }
     of_images = {
         "inpaint": lambda: inpaint.report(sample, methods, quick, pictures),
         "residue": lambda: traces.report(sample, methods, cleaned, quick, pictures),
     }
-    return own | of_images if sample else own
+    alone = {CALIBRATION: lambda: calibrate.report(installed_renderer, quick, runs)}
+    return own | (of_images if sample else {}) | alone
 
 
 def _all(judges: dict[str, Callable[[], Report]], watcher: _Counting) -> tuple[dict[str, Report], tuple[str, ...]]:
     """The reports of all that can be judged, and a line for each stage that cannot."""
     made, left_out = {}, []
-    for stage, judge in judges.items():
+    for stage in (name for name in judges if name != CALIBRATION):
         try:
-            made[stage] = judge()
+            made[stage] = judges[stage]()
         except InputError as error:
             left_out.append(f"{stage}: not run: {error}")
             watcher.tell(left_out[-1])

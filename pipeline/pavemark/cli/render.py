@@ -37,6 +37,10 @@ class _Shard(click.ParamType):
 @click.option("--metres-per-pixel", type=float, metavar="M", help="The same, the other way round.")
 @click.option("--inpainter", metavar="NAME", help="What fills the ground where markings were.")
 @click.option("--segmenter", metavar="NAME", help="What finds the markings where there are no masks.")
+@click.option("--max-error", type=float, metavar="E", help="Most 8-bit levels that edges of markings may be off.")
+@click.option(
+    "--calibration", metavar="FILE", type=click.Path(), help="What --max-error goes by.  [ships with pavemark]"
+)
 @click.option("--set", "settings", metavar="FIELD=VALUE", multiple=True, help="Any other line of a job file.")
 @click.option("--workers", type=click.IntRange(1, 1024), default=cores, show_default="all cores", help="Processes.")
 @click.option("--shard", type=_Shard(), default="0/1", help="Make part K of N only, counted from 0.")

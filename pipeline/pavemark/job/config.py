@@ -20,6 +20,7 @@ FORMATS = ("dmpr", "ps2", "coco", "yolo")
 PRESETS = ("default", "paper")
 PIXELS_PER_METRE = 60.0
 FOLDERS = ("images", "masks", "plates")
+PATHS = (*FOLDERS, "calibration")
 COMMAND_LINE = "command line"
 
 _SCALE = {"scale", "metres_per_pixel"}
@@ -100,6 +101,11 @@ class Job(Domains, Inputs):
         Settings of the domains to start from.
     formats : tuple of str
         Label formats to write.
+    max_error : float or None
+        Most that edges of markings may be off in an image, in 8-bit levels: each image is rendered with the fewest
+        rays that a table promises this of, see `pavemark.calibration`. None: one ray a pixel. Light has its own.
+    calibration : str or None
+        File of that table. None: the one that ships.
     """
 
     plates: str | None = None
@@ -107,6 +113,8 @@ class Job(Domains, Inputs):
     seed: int = attrs.field(default=0, validator=within(0, 2**63 - 1))
     preset: str = attrs.field(default="default", validator=one_of(*PRESETS))
     formats: tuple[str, ...] = attrs.field(default=FORMATS, validator=[one_of(*FORMATS), _distinct])
+    max_error: float | None = attrs.field(default=None, validator=attrs.validators.optional(within(0.0, 255.0)))
+    calibration: str | None = None
 
 
 def read_inputs(options: dict[str, Any]) -> Inputs:
@@ -218,5 +226,5 @@ def _toml(path: Path) -> dict[str, Any]:
 
 
 def _absolute(data: dict[str, Any], base: Path) -> dict[str, Any]:
-    folders = {name: str((base / data[name]).absolute()) for name in FOLDERS if isinstance(data.get(name), str)}
-    return {**data, **folders}
+    paths = {name: str((base / data[name]).absolute()) for name in PATHS if isinstance(data.get(name), str)}
+    return {**data, **paths}

@@ -87,7 +87,10 @@ def explain(path: Path) -> str:
         lines += [_line(f"  {name}", _parameters(effect)) for name, effect in marking["effects"].items()]
     lines += ["", _line("whole image", "" if told["effects"] else "no effect")]
     lines += [_line(f"  {name}", _parameters(effect)) for name, effect in told["effects"].items()]
-    passes = [f"{each['name']}, {each['samples']} sample a pixel" for each in told["passes"]]
+    passes = [
+        f"{each['name']}, {each['samples']} sample{'' if each['samples'] == 1 else 's'} a pixel"
+        for each in told["passes"]
+    ]
     lines += [
         "",
         _line("passes", "; ".join(passes) or "none: Blender is not started"),

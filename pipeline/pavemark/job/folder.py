@@ -15,7 +15,8 @@ from pavemark import __version__, files
 from pavemark.background.index import Entry
 from pavemark.errors import InputError
 from pavemark.job import journal
-from pavemark.job.config import FOLDERS, Inputs, Job
+from pavemark.job.config import PATHS, Inputs, Job
+from pavemark.job.exactness import Exactness
 from pavemark.records import read_json, structure
 
 
@@ -122,11 +123,11 @@ def spare(out: Path, folders: tuple[str, ...], inputs: Iterable[str | None], rec
         raise InputError(out, f"has files in {', '.join(taken)} and no {record} that tells of them: use another folder")
 
 
-def claim(out: Path, job: Job, inputs: Iterable[Entry]) -> None:
+def claim(out: Path, job: Job, inputs: Iterable[Entry], exact: Exactness | None = None) -> None:
     """Write OUT/job.json, or hold the job against the one that is there.
 
     The job is written as it is resolved. The inputs count by their names: their folders are kept for the preview,
-    relative to OUT, and may be others the next time. The count may grow.
+    relative to OUT, and may be others the next time. The table of errors counts by what it says. The count may grow.
 
     Raises
     ------
@@ -134,10 +135,14 @@ def claim(out: Path, job: Job, inputs: Iterable[Entry]) -> None:
         When the folder holds another job; the differing fields are named.
     """
     path = out / RECORD
-    told = _resolved(job, inputs) | relative(job, FOLDERS, out)
+    told = _resolved(job, inputs) | relative(job, PATHS, out)
+    if exact is None:
+        del told["max_error"], told["calibration"]
+    else:
+        told["rays"] = {"versions": exact.table.versions, "sha256": exact.table.sha256}
     if path.exists():
         there = _read(path)
-        hold_against(there, told, out, "job", {"count", *FOLDERS})
+        hold_against(there, told, out, "job", {"count", *PATHS})
         if _digits(there["count"]) != _digits(job.count):
             raise InputError(out, f"count = {job.count}: at most {10 ** _digits(there['count'])} is allowed there")
         told["count"] = max(told["count"], there["count"])
@@ -155,14 +160,12 @@ def recorded(out: Path) -> Job:
         When it holds none.
     """
     told = _read(out / RECORD)
-    folders = {name: os.path.normpath(out / told[name]) for name in FOLDERS if isinstance(told.get(name), str)}
-    return structure(
-        Job, {name: value for name, value in (told | folders).items() if name not in _BESIDE}, out / RECORD
-    )
+    paths = {name: os.path.normpath(out / told[name]) for name in PATHS if isinstance(told.get(name), str)}
+    return structure(Job, {name: value for name, value in (told | paths).items() if name not in _BESIDE}, out / RECORD)
 
 
 RECORD = "job.json"
-_BESIDE = ("inputs", "pavemark")
+_BESIDE = ("inputs", "pavemark", "rays")
 
 
 def _resolved(job: Job, inputs: Iterable[Entry]) -> dict[str, Any]:

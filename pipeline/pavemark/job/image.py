@@ -15,6 +15,7 @@ from pavemark.background.contours import areas
 from pavemark.compose.image import compose
 from pavemark.job.clock import Timings
 from pavemark.job.config import Job
+from pavemark.job.exactness import Exactness
 from pavemark.job.folder import Folder
 from pavemark.job.inputs import blur, read_plate
 from pavemark.labels import coco, dmpr, masks, ps2, yolo
@@ -63,7 +64,13 @@ def read_ground(image: Path, mask: Path | None, job: Job) -> Ground:
 
 
 def make_image(
-    index: int, image: Path, mask: Path | None, job: Job, folder: Folder, renderer: Renderer
+    index: int,
+    image: Path,
+    mask: Path | None,
+    job: Job,
+    folder: Folder,
+    renderer: Renderer,
+    exact: Exactness | None = None,
 ) -> tuple[dict[str, Any], dict[str, Any] | None]:
     """Make a synthetic image with everything that belongs to it, and write it.
 
@@ -77,6 +84,8 @@ def make_image(
     folder : Folder
         Where its files go.
     renderer : Renderer
+    exact : Exactness or None
+        What the job promises of edges.
 
     Returns
     -------
@@ -98,6 +107,8 @@ def make_image(
         plate = ground.plate
     with timings.stage("scene"):
         scene = randomize(plate, index, job.seed, job, ground.original, ground.blur)
+        if exact is not None:
+            scene = exact.met(scene, plate)
         todo = plan(scene)
     with timings.stage("render"):
         layers = renderer.render(scene, plate, todo) if todo.passes else None

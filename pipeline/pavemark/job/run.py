@@ -15,11 +15,13 @@ from pavemark.job import journal
 from pavemark.job.config import Job
 from pavemark.job.crew import Answer, Crew, Task
 from pavemark.job.dataset import join
+from pavemark.job.exactness import Exactness, exactness
 from pavemark.job.folder import RECORD, Folder, claim, spare, sweep
 from pavemark.job.inputs import entries, makers, settled
 from pavemark.job.journal import Journal, Shard
 from pavemark.job.order import place
 from pavemark.job.progress import Progress
+from pavemark.records import unstructure
 
 SOME_LACK = 1
 """Exit code when an input image was left out or an image failed."""
@@ -70,17 +72,19 @@ def run(job: Job, out: Path, shard: Shard, machine: Machine, progress: Progress)
     job = settled(job)
     if job.plates is None:
         makers(job)
+    exact = exactness(job)
     found, alone = entries(job)
     folder = Folder.of(out, job)
     spare(out, folder.folders, (job.images, job.masks, job.plates), RECORD)
     with Journal(out, shard) as kept:
-        claim(out, job, found)
+        claim(out, job, found, exact)
         sweep(out, folder.folders)
         for line in alone:
             progress.tell(f"left out: {line}")
         done = folder.finished()
         missing = [number for number in shard.numbers(job.count) if number not in done]
-        run = Run(job, folder, found, kept, progress, journal.plates(done.values()) if missing else {}, len(alone))
+        plates = journal.plates(done.values()) if missing else {}
+        run = Run(job, exact, folder, found, kept, progress, plates, len(alone))
         with progress.of(len(missing)):
             run.make(missing, machine)
         join(folder)
@@ -93,6 +97,7 @@ class Run:
     """A run under way, and what has come of it so far."""
 
     job: Job
+    exact: Exactness | None
     folder: Folder
     entries: tuple[Entry, ...]
     kept: Journal
@@ -108,6 +113,9 @@ class Run:
     def make(self, missing: list[int], machine: Machine) -> None:
         """Make images until none is missing or a signal stops it."""
         setup = {"job": attrs.asdict(self.job), "out": str(self.folder.out), "patience": machine.patience}
+        if self.exact is not None:
+            # Read once: whatever becomes of its file, all workers go by one table.
+            setup["exact"] = unstructure(self.exact)
         size = min(machine.workers, len(missing))
         versions = journal.versions(self.folder.out)
         with Crew(machine.command, setup, size, machine.recycle) as crew, crew.heeding_signals():

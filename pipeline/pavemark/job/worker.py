@@ -25,6 +25,7 @@ import scipy
 from pavemark import __version__
 from pavemark.errors import InputError
 from pavemark.job.config import Job
+from pavemark.job.exactness import Exactness
 from pavemark.job.folder import Folder
 from pavemark.job.image import make_image
 from pavemark.job.inputs import UnusableImage
@@ -101,6 +102,7 @@ class Images:
 
     def __init__(self, setup: dict[str, Any], make_renderer: Callable[[], Renderer]) -> None:
         self._job = structure(Job, setup["job"], "job")
+        self._exact = structure(Exactness, setup["exact"], "job") if "exact" in setup else None
         self._folder = Folder.of(Path(setup["out"]), self._job)
         self._renderer = started(make_renderer)
         self.versions = versions() | {"renderer": self._renderer.version}
@@ -108,7 +110,9 @@ class Images:
     def make(self, task: dict[str, Any]) -> dict[str, Any]:
         """See `Craft.make`."""
         mask = None if task["mask"] is None else Path(task["mask"])
-        row, coco = make_image(task["index"], Path(task["image"]), mask, self._job, self._folder, self._renderer)
+        row, coco = make_image(
+            task["index"], Path(task["image"]), mask, self._job, self._folder, self._renderer, self._exact
+        )
         return {"row": {**row, "versions": self.versions}, "coco": coco}
 
 

@@ -26,8 +26,15 @@ SMOOTH = 0.05
 """Pixels by which a bent side may be straightened: a bent slot then takes tens of points, not hundreds."""
 
 
-def fragment(truth: Truth, file_name: str) -> dict:
+def fragment(truth: Truth, file_name: str, smooth: float = SMOOTH) -> dict:
     """What one image adds to the file.
+
+    Parameters
+    ----------
+    truth : Truth
+    file_name : str
+    smooth : float
+        Pixels by which a bent side may be straightened.
 
     Returns
     -------
@@ -38,7 +45,7 @@ def fragment(truth: Truth, file_name: str) -> dict:
         uncompressed run-length mask of the pixels it paints. `kind`, `outline`, `marks` and `angle` are ours.
     """
     image = {"id": truth.index, "file_name": file_name, "width": truth.frame.width, "height": truth.frame.height}
-    annotations = [_slot(slot) for slot in truth.slots if slot.seen]
+    annotations = [_slot(slot, smooth) for slot in truth.slots if slot.seen]
     for kind, shape in truth.markings:
         mask = painted(truth, shape)
         if mask.any():
@@ -66,7 +73,7 @@ def dataset(fragments: Iterable[dict]) -> Iterator[str]:
     yield f'],\n"images": [{", ".join(images)}],\n"categories": {json.dumps(CATEGORIES)}}}\n'
 
 
-def _slot(slot: ParkingSlot) -> dict:
+def _slot(slot: ParkingSlot, smooth: float) -> dict:
     u0, v0, u1, v1 = slot.region.bounds
     keypoints: list[float] = []
     for (u, v), visibility in zip(slot.corners, slot.visibility, strict=True):
@@ -76,7 +83,7 @@ def _slot(slot: ParkingSlot) -> dict:
         "category_id": 1,
         "bbox": [round(number, 3) for number in (u0, v0, u1 - u0, v1 - v0)],
         "area": round(slot.region.area, 3),
-        "segmentation": [_ring(polygon) for polygon in slot.region.geoms],
+        "segmentation": [_ring(polygon, smooth) for polygon in slot.region.geoms],
         "iscrowd": 0,
         "keypoints": keypoints,
         "num_keypoints": sum(visibility != OUTSIDE for visibility in slot.visibility),
@@ -87,8 +94,8 @@ def _slot(slot: ParkingSlot) -> dict:
     }
 
 
-def _ring(polygon: shapely.Polygon) -> list[float]:
-    points = shapely.get_coordinates(shapely.simplify(polygon, SMOOTH).exterior)[:-1]
+def _ring(polygon: shapely.Polygon, smooth: float) -> list[float]:
+    points = shapely.get_coordinates(shapely.simplify(polygon, smooth).exterior)[:-1]
     return points.round(3).ravel().tolist()
 
 
