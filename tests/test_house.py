@@ -51,7 +51,7 @@ BLENDER_MAY_IMPORT = {
     "colour",
 }
 
-PANEL_MAY_IMPORT = BLENDER_MAY_IMPORT | {"job", "background", "randomize", "compose", "labels"}
+PANEL_MAY_IMPORT = BLENDER_MAY_IMPORT | {"calibration", "job", "background", "randomize", "compose", "labels"}
 """The panel is to Blender what the command line is to a terminal."""
 
 STAGE = {

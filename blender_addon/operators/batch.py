@@ -2,11 +2,10 @@
 
 from pathlib import Path
 
-import attrs
 import bpy
 
 from pavemark import files
-from pavemark.job.config import FORMATS, Job, toml
+from pavemark.job.config import FORMATS, toml
 
 from .. import backdrop, child, drawing, running
 from .background import CHOOSE
@@ -22,14 +21,9 @@ def job_tables(target: bpy.types.Scene) -> dict:
         "preset": settings.preset,
         "formats": [name for name in FORMATS if name in settings.formats],
     }
-    if has_max_error() and settings.max_error > 0:
+    if settings.max_error > 0:
         told["max_error"] = round(settings.max_error, 4)
     return told | drawing.job_tables(target)
-
-
-def has_max_error() -> bool:
-    """Whether jobs know of a largest error."""
-    return "max_error" in attrs.fields_dict(Job)
 
 
 class PAVEMARK_OT_batch(Reporting, bpy.types.Operator):

@@ -10,12 +10,13 @@ from pavemark.errors import InputError
 from pavemark.job.by_hand import save
 from pavemark.job.clock import Timings
 from pavemark.job.config import FORMATS
+from pavemark.job.exactness import exactness
 from pavemark.job.folder import RECORD, Folder, recorded
 from pavemark.job.worker import versions
 from pavemark.plate import Plate
 from pavemark.scene import Scene
 
-from .. import backdrop, document, overlay, shot
+from .. import backdrop, cost, document, overlay, shot
 from .drawing import CLEAN
 from .reporting import Reporting, needs
 
@@ -23,7 +24,7 @@ SLOTS = "Draw slots first: Randomize, New Slot, or Open Scene"
 
 
 def ready(target: bpy.types.Scene) -> tuple[Scene, Plate]:
-    """The scene as its curves are now, on the plate of the chosen image.
+    """The scene as its curves are now, on the plate of the chosen image, with the rays that the largest error takes.
 
     Raises
     ------
@@ -33,10 +34,13 @@ def ready(target: bpy.types.Scene) -> tuple[Scene, Plate]:
     plate, scene = document.clean(target), document.current(target)
     if scene is None:
         raise InputError("scene", SLOTS)
-    if scene.plate != plate.ref:
-        scene = attrs.evolve(scene, plate=plate.ref)
-        document.keep(target, scene)
-    return scene, plate
+    now = attrs.evolve(scene, plate=plate.ref)
+    if target.pavemark.max_error > 0:
+        job = attrs.evolve(backdrop.job(target), max_error=round(target.pavemark.max_error, 4))
+        now = exactness(job).met(now, plate)
+    if now != scene:
+        document.keep(target, now)
+    return now, plate
 
 
 def taken(target: bpy.types.Scene) -> tuple[Scene, Plate, np.ndarray]:
@@ -46,6 +50,7 @@ def taken(target: bpy.types.Scene) -> tuple[Scene, Plate, np.ndarray]:
     with timings.stage("image"):
         pixels = shot.taken(scene, plate)
     target.pavemark.seconds = timings.seconds["image"]
+    target.pavemark.off = cost.edges_off(scene, plate)
     image = shot.shown(pixels)
     overlay.remember(target)
     _into_editors(image)

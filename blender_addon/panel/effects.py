@@ -24,7 +24,7 @@ class PAVEMARK_PT_effects(Sub, bpy.types.Panel):
         except InputError as error:
             say(context, layout, str(error), "ERROR", alert=True)
             return
-        for line in cost.lines(scene, context.scene.pavemark.seconds):
+        for line in cost.lines(scene, context.scene.pavemark.seconds, context.scene.pavemark.off):
             say(context, layout, line)
 
 

@@ -2,7 +2,6 @@
 
 import bpy
 
-from ..operators.batch import has_max_error
 from .layout import Sub, columns
 
 
@@ -15,8 +14,7 @@ class PAVEMARK_PT_render(Sub, bpy.types.Panel):
     def draw(self, context):
         settings, layout = context.scene.pavemark, columns(self.layout)
         layout.prop(settings, "index")
-        if has_max_error():
-            layout.prop(settings, "max_error", text="Max Error (levels)")
+        layout.prop(settings, "max_error", text="Max Error (levels)")
         row = layout.row(align=True)
         row.scale_y = 1.3
         row.operator("pavemark.render", icon="RENDER_STILL")

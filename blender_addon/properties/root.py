@@ -138,6 +138,9 @@ class PAVEMARK_PG_scene(bpy.types.PropertyGroup):
         name="Folder", description="Dataset that images and labels are saved into", subtype="DIR_PATH"
     )
     seconds: bpy.props.FloatProperty(name="Seconds", description="What the last render took")
+    off: bpy.props.FloatProperty(
+        name="Off", description="Levels that the table of rays promises of edges of the last render; -1 promises none"
+    )
     batch_count: bpy.props.IntProperty(name="Count", description="Images to make", default=200, min=1)
     batch_folder: bpy.props.StringProperty(
         name="Folder", description="Where the batch's images and labels go", subtype="DIR_PATH"

@@ -319,11 +319,20 @@ def test_a_job_is_exported_as_the_panel_says(drawn, inputs, tmp_path):
     assert 'images = "../' in path.read_text()
 
 
-def test_a_largest_error_is_the_jobs_where_jobs_know_of_it(drawn, monkeypatch):
-    drawn.pavemark.max_error = 4.0
-    monkeypatch.setattr(batch, "has_max_error", lambda: False)
+def test_a_largest_error_is_the_jobs_and_the_panels(drawn):
+    settings = drawn.pavemark
+    settings.grain.use = True
+    settings.grain.contrast = 0.5
+    bpy.ops.pavemark.render()
+    assert document.known(drawn).rays == 1
+    off = settings.off
+    assert off > 4.0
     assert "max_error" not in batch.job_tables(drawn)
-    monkeypatch.setattr(batch, "has_max_error", lambda: True)
+    settings.max_error = 4.0
     assert batch.job_tables(drawn)["max_error"] == 4.0
-    drawn.pavemark.max_error = 0.0
-    assert "max_error" not in batch.job_tables(drawn)
+    bpy.ops.pavemark.render()
+    assert document.known(drawn).rays > 1
+    assert 0 < settings.off <= 4.0
+    settings.max_error = 0.01
+    with pytest.raises(RuntimeError, match=r"max_error: 0\.01 8-bit levels: allowed from"):
+        bpy.ops.pavemark.render()
