@@ -77,5 +77,5 @@ def test_an_effect_that_takes_long_is_told_of_as_long():
 
 
 def test_without_a_renderer_the_stage_is_refused_in_one_line():
-    with pytest.raises(InputError, match="^effects: Blender: no module named 'bpy'"):
+    with pytest.raises(InputError, match=r"^effects: Blender: no module named 'bpy'"):
         report(nothing, True, Watcher())

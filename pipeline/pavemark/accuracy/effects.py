@@ -150,6 +150,7 @@ def report(make: Callable[[], Renderer], quick: bool, watcher: Watcher) -> Repor
     sets |= {tuple(other for other in EFFECTS if other != name): f"all but {name}" for name in EFFECTS}
     effects = {label: names for names, label in sets.items()}
     with Apart(work, "effects") as blender:
+        blender(make, frame, ())
         contenders = [Contender("effects", label) for label in effects]
         runs, failed = race(
             contenders,
@@ -158,7 +159,7 @@ def report(make: Callable[[], Renderer], quick: bool, watcher: Watcher) -> Repor
             watcher,
         )
     if failed:
-        raise InputError("effects", failed[0].reason)
+        raise InputError(failed[0].contender.family, failed[0].reason)
     costs = _costs({run.contender.family: run for run in runs})
     seconds = {run.contender.family: float(np.median(run.seconds)) for run in runs}
     text = _told(frame, costs, seconds["plain"], seconds["all"], len(runs[0].seconds))
