@@ -1,5 +1,5 @@
 # The README's commands. Python and packages live in .venv, made by .ci/setup when it lacks or pyproject.toml changes.
-.PHONY: demo test lint format bench demo-images clean setup
+.PHONY: demo test lint format bench demo-images extension real-blender clean setup
 
 python := .venv/bin/python
 DEMO := demo-out
@@ -31,6 +31,14 @@ bench: setup
 
 demo-images: setup
 	$(python) -m blender_addon.carpark --out assets/demo
+
+# Needs a Blender program ($BLENDER, or `blender` on PATH) and, for its window, $DISPLAY; skipped where there is none.
+real-blender: setup
+	$(python) -m pytest tests/real_blender --override-ini addopts=-q -rs
+
+# For another Blender or platform: make extension FOR='--python 3.11 --platform windows-x64'
+extension: setup
+	$(python) .ci/extension.py $(FOR)
 
 clean:
 	rm -rf .venv build dist $(DEMO) *.egg-info .pytest_cache .ruff_cache .hypothesis

@@ -11,7 +11,9 @@ SCRIPT = Path(__file__).resolve()
 PROGRAM = "bpy" in sys.modules
 """Whether a Blender program runs this: it has bpy loaded. To import it would cost the run a second."""
 
-sys.path[:0] = [str(SCRIPT.parent / "pipeline"), str(SCRIPT.parent)]
+# In the extension it lies among the panel's modules, and Blender knows where the packages are.
+if (SCRIPT.parent / "pipeline").is_dir():
+    sys.path[:0] = [str(SCRIPT.parent / "pipeline"), str(SCRIPT.parent)]
 try:
     from pavemark import cli
     from pavemark.job.worker import serve

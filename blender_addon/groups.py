@@ -10,10 +10,15 @@ from collections.abc import Callable, Mapping
 
 import bpy
 
+from pavemark import __version__
+
 from .nodes import Value, feed, node, output
 
 VECTOR = frozenset({"Position"})
 """Inputs that are vectors; all others are numbers."""
+
+VERSION = "pavemark_version"
+"""Property of a group: which version has built it."""
 
 
 def factor(
@@ -33,7 +38,13 @@ def factor(
     formula : callable
         Links nodes from the inputs' sockets to a number.
     """
-    group = bpy.data.node_groups.get(f"Pavemark {name}") or _built(f"Pavemark {name}", tuple(inputs), formula)
+    title = f"Pavemark {name}"
+    group = bpy.data.node_groups.get(title)
+    if group is not None and group.get(VERSION) != __version__:
+        # A file may hold groups that another version has built.
+        group.name = f"{title} of another version"
+        group = None
+    group = group or _built(title, tuple(inputs), formula)
     used = node(tree, "ShaderNodeGroup", node_tree=group, label=name)
     for socket, value in zip(used.inputs, inputs.values(), strict=True):
         feed(tree, socket, value)
@@ -42,6 +53,7 @@ def factor(
 
 def _built(name: str, inputs: tuple[str, ...], formula: Callable[[Mapping[str, Value]], Value]):
     tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
+    tree[VERSION] = __version__
     for label in inputs:
         kind = "NodeSocketVector" if label in VECTOR else "NodeSocketFloat"
         tree.interface.new_socket(label, in_out="INPUT", socket_type=kind)

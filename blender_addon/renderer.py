@@ -30,14 +30,18 @@ class BlenderRenderer:
     ----------
     threads : int
         0 takes all cores.
+    target : bpy.types.Scene or None
+        Blender's scene that is drawn in: an empty one. None takes that of an empty file, in place of what is open.
     """
 
-    def __init__(self, threads: int = 0) -> None:
+    def __init__(self, threads: int = 0, target: bpy.types.Scene | None = None) -> None:
         self.version = f"Blender {bpy.app.version_string}"
         self.threads = threads
         files.sweep(_MEMORY)
-        bpy.ops.wm.read_factory_settings(use_empty=True)
-        self.target = bpy.context.scene
+        if target is None:
+            # Factory settings as a whole would also forget which extensions are there, and take their packages away.
+            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        self.target = target or bpy.context.scene
 
     def render(self, scene: Scene, plate: Plate, plan: Plan) -> Layers:
         """The layers of a scene: one stage and one picture for each pass.

@@ -28,13 +28,24 @@ class Stage:
     ----------
     target : bpy.types.Scene
         Blender's scene that the collection is linked to; its camera is set.
+    name : str
+        Of the collection.
+
+    Attributes
+    ----------
+    made : tuple of bpy.types.ID
+        All that is on the stage.
     """
 
-    def __init__(self, target: bpy.types.Scene) -> None:
+    def __init__(self, target: bpy.types.Scene, name: str = "Pavemark") -> None:
         self.target = target
-        self.collection = bpy.data.collections.new("Pavemark")
+        self.collection = bpy.data.collections.new(name)
         target.collection.children.link(self.collection)
         self._data: list[bpy.types.ID] = []
+
+    @property
+    def made(self) -> tuple[bpy.types.ID, ...]:
+        return (self.collection, *self._data)
 
     def camera(self, frame: Frame) -> None:
         """An orthographic camera that sees exactly the frame."""
@@ -76,7 +87,23 @@ class Stage:
         self.add(name, light).matrix_world = placed
 
     def markings(self, scene: Scene, plan: Plan, hard: bool) -> Window | None:
-        """Every marking as curves to edit and a decal that shows them, later ones above earlier ones.
+        """Every marking as curves to edit and a decal that shows them; see `curves` and `decals`."""
+        for number, marking in enumerate(scene.markings):
+            self.curves(number, marking)
+        return self.decals(scene, plan, hard)
+
+    def curves(self, number: int, marking: Marking) -> tuple[bpy.types.Object, ...]:
+        """A marking as curves, on the height of its decal: its strokes, its areas, whichever it has."""
+        made = []
+        for make, parts in ((curves.strokes, marking.strokes), (curves.areas, marking.areas)):
+            if parts:
+                shown = self.add(_name(number, marking), make(_name(number, marking), marking, _height(number)))
+                shown.hide_render = True
+                made.append(shown)
+        return tuple(made)
+
+    def decals(self, scene: Scene, plan: Plan, hard: bool) -> Window | None:
+        """Every marking as a decal, later ones above earlier ones.
 
         Parameters
         ----------
@@ -90,9 +117,7 @@ class Stage:
         """
         painted = np.zeros((scene.plate.frame.height, scene.plate.frame.width), bool)
         for number, marking in enumerate(scene.markings):
-            painted |= self._marking(
-                f"Marking {number} {marking.kind}", marking, scene, plan.colour, plan.nodes[number], hard, number
-            )
+            painted |= self._decal(marking, scene, plan.colour, plan.nodes[number], hard, number)
         rows, columns = (np.flatnonzero(painted.any(axis)) for axis in (1, 0))
         if not len(rows):
             return None
@@ -103,14 +128,10 @@ class Stage:
         bpy.data.batch_remove(self._data)
         bpy.data.collections.remove(self.collection)
 
-    def _marking(
-        self, name: str, marking: Marking, scene: Scene, colour: str, effects: tuple[str, ...], hard: bool, number: int
+    def _decal(
+        self, marking: Marking, scene: Scene, colour: str, effects: tuple[str, ...], hard: bool, number: int
     ) -> np.ndarray:
-        frame = scene.plate.frame
-        height = decals.LIFT * (number + 1)
-        for make, parts in ((curves.strokes, marking.strokes), (curves.areas, marking.areas)):
-            if parts:
-                self.add(name, make(name, marking, height)).hide_render = True
+        frame, name, height = scene.plate.frame, _name(number, marking), _height(number)
         shape = outline(marking, scene.curvature)
         values = sheet(shape, frame, scene.tyres if {"wear", "dirt"} & set(effects) else None, "wear" in effects)
         painted = values[..., COVERAGE] > 0
@@ -136,6 +157,14 @@ class Stage:
         """Have this stage remove some data."""
         self._data.append(data)
         return data
+
+
+def _name(number: int, marking: Marking) -> str:
+    return f"Marking {number} {marking.kind}"
+
+
+def _height(number: int) -> float:
+    return decals.LIFT * (number + 1)
 
 
 def _emitted(paint: Paint) -> tuple[float, float, float]:

@@ -27,3 +27,8 @@ def material(name: str) -> tuple[bpy.types.Material, bpy.types.ShaderNodeTree]:
             made.use_nodes = True
     made.node_tree.nodes.clear()
     return made, made.node_tree
+
+
+def see_through(material: bpy.types.Material) -> None:
+    """Show transparency in the 3D view as it is, not as grains; Cycles does not look at it."""
+    material.surface_render_method = "BLENDED"

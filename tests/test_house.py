@@ -51,6 +51,16 @@ BLENDER_MAY_IMPORT = {
     "colour",
 }
 
+PANEL_MAY_IMPORT = BLENDER_MAY_IMPORT | {"calibration", "job", "background", "randomize", "compose", "labels"}
+"""The panel is to Blender what the command line is to a terminal."""
+
+STAGE = {
+    *("curves", "decals", "groups", "nodes", "paint", "patterns", "sheets"),
+    *("renderer", "settings", "stage", "versions", "carpark"),
+    *("casters", "floors", "passes", "relief", "sources"),
+}
+"""What draws. It knows nothing of the panel, so that a worker loads no more than it needs."""
+
 CLOCKS = {PACKAGE / "job" / "clock.py", PACKAGE / "accuracy" / "clock.py"}
 """The files that read a clock: how long a run takes is shown, what a method costs is judged."""
 
@@ -89,9 +99,26 @@ def test_imports_run_one_way(path):
     assert not [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.level]
 
 
+def relatives(tree):
+    """The modules of the add-on that a file imports."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            yield from [node.module.split(".")[0]] if node.module else (alias.name for alias in node.names)
+
+
 @pytest.mark.parametrize("path", sorted((ROOT / "blender_addon").rglob("*.py")), ids=_name)
-def test_blender_knows_the_contract_only(path):
-    assert set(rooms(ast.parse(path.read_text()))) <= BLENDER_MAY_IMPORT
+def test_the_stage_knows_the_contract_only(path):
+    tree = ast.parse(path.read_text())
+    part = path.relative_to(ROOT / "blender_addon").parts[0].removesuffix(".py")
+    assert set(rooms(tree)) <= (BLENDER_MAY_IMPORT if part in STAGE else PANEL_MAY_IMPORT)
+    if part in STAGE - {"carpark"}:
+        assert set(relatives(tree)) <= STAGE
+
+
+def test_the_add_on_alone_loads_no_panel():
+    """A worker imports the package for its renderer."""
+    tree = ast.parse((ROOT / "blender_addon" / "__init__.py").read_text())
+    assert [node for node in tree.body if not isinstance(node, (ast.FunctionDef, ast.Expr))] == []
 
 
 def chance(tree):

@@ -24,15 +24,22 @@ from pavemark.errors import InputError
 T = TypeVar("T")
 
 
-def within(low: float, high: float):
-    """Validator: a finite number in [low, high], or a (nested) tuple of such numbers."""
+@attrs.frozen
+class Within:
+    """What `within` makes: its bounds can be asked for, as a slider does."""
 
-    def check(instance: Any, attribute: attrs.Attribute, value: Any) -> None:
+    low: float
+    high: float
+
+    def __call__(self, instance: Any, attribute: attrs.Attribute, value: Any) -> None:
         for number in _flat(value):
-            if not (math.isfinite(number) and low <= number <= high):
-                raise ValueError(f"{attribute.name} = {number}: allowed {low:g} to {high:g}")
+            if not (math.isfinite(number) and self.low <= number <= self.high):
+                raise ValueError(f"{attribute.name} = {number}: allowed {self.low:g} to {self.high:g}")
 
-    return check
+
+def within(low: float, high: float) -> Within:
+    """Validator: a finite number in [low, high], or a (nested) tuple of such numbers."""
+    return Within(low, high)
 
 
 def interval(low: float, high: float):
@@ -48,15 +55,39 @@ def interval(low: float, high: float):
     return check
 
 
-def one_of(*allowed: str):
-    """Validator: one of the given words, or a tuple of them."""
+@attrs.frozen
+class OneOf:
+    """What `one_of` makes: the words can be asked for, as a menu does."""
 
-    def check(instance: Any, attribute: attrs.Attribute, value: Any) -> None:
+    allowed: tuple[str, ...]
+
+    def __call__(self, instance: Any, attribute: attrs.Attribute, value: Any) -> None:
         for word in value if isinstance(value, tuple) else (value,):
-            if word not in allowed:
-                raise ValueError(f"{attribute.name} = {word!r}: allowed {', '.join(allowed)}")
+            if word not in self.allowed:
+                raise ValueError(f"{attribute.name} = {word!r}: allowed {', '.join(self.allowed)}")
 
-    return check
+
+def one_of(*allowed: str) -> OneOf:
+    """Validator: one of the given words, or a tuple of them."""
+    return OneOf(allowed)
+
+
+def bounds(attribute: attrs.Attribute, kind: type[T]) -> T | None:
+    """The validator of a field that is of a kind, `Within` or `OneOf`; None where it has none."""
+    given = attribute.validator
+    # Of several attrs makes one that holds them.
+    each = getattr(given, "_validators", (given,))
+    return next((one for one in each if isinstance(one, kind)), None)
+
+
+def optional_records(cls: type) -> dict[str, type]:
+    """The fields of a record that are another record or None, such as the effects of a scene, with their classes."""
+    found = {}
+    for name, hint in typing.get_type_hints(cls).items():
+        record, *none = typing.get_args(hint) or (None,)
+        if none == [type(None)] and attrs.has(record):
+            found[name] = record
+    return found
 
 
 def _flat(value: Any):

@@ -53,10 +53,17 @@ def test_missing_folders_files_and_strangers_are_refused(tmp_path):
     images = folder(tmp_path / "images", "a.png")
     for images_dir, masks_dir, told in (
         (tmp_path / "none", None, "none: cannot be listed: No such file"),
-        (images / "a.png", None, "a.png: cannot be listed: Not a directory"),
+        (folder(tmp_path / "texts", "a.txt") / "a.txt", None, "a.txt: cannot be listed: Not a directory"),
         (images, tmp_path / "none", "none: cannot be listed"),
         (images, folder(tmp_path / "empty"), "holds no PNG mask"),
         (images, folder(tmp_path / "strangers", "b.png"), "no mask has the name of an image"),
     ):
         with pytest.raises(InputError, match=told):
             index(images_dir, masks_dir)
+
+
+def test_one_image_is_a_list_of_one(tmp_path):
+    images, masks = folder(tmp_path / "images", "a.png", "b.png"), folder(tmp_path / "masks", "a.png", "b.png")
+    (entry,), unmatched = index(images / "b.png", masks)
+    assert (entry.name, entry.image, entry.mask) == ("b", images / "b.png", masks / "b.png")
+    assert unmatched == ()

@@ -11,7 +11,7 @@ import pytest
 from pavemark.ground import Frame
 from pavemark.layers import read
 from pavemark.plan import plan
-from pavemark.scene import Area, Blend, Curvature, Marking, Paint, Stroke
+from pavemark.scene import Area, Blend, Curvature, Dirt, Marking, Paint, Stroke
 from scenes import plate, rendered, row
 
 bpy = pytest.importorskip("bpy", reason="the bpy wheel is not installed")
@@ -128,3 +128,18 @@ def test_beside_every_decal_lie_its_curves_unbent_and_out_of_the_render():
     assert hidden and rendered
     assert len(read) == len(scene.markings[0].strokes)
     assert all(np.allclose(a.path, b.path, atol=1e-6) for a, b in zip(read, scene.markings[0].strokes, strict=True))
+
+
+def test_groups_of_another_version_are_not_used(renderer):
+    scene = row(plate(), n=1)
+    scene = attrs.evolve(
+        scene,
+        markings=tuple(attrs.evolve(m, paint=attrs.evolve(m.paint, dirt=Dirt(0.5, 0.9, 3.0))) for m in scene.markings),
+    )
+    drawn = rendered(renderer, scene)
+    group = bpy.data.node_groups["Pavemark dirt"]
+    group.nodes.clear()
+    assert not np.array_equal(rendered(renderer, scene), drawn)
+    group["pavemark_version"] = "0.0.1"
+    assert np.array_equal(rendered(renderer, scene), drawn)
+    bpy.data.node_groups.remove(group)

@@ -37,6 +37,11 @@ def load(key: str) -> dict[str, np.ndarray] | None:
         return None
 
 
+def holds(key: str) -> bool:
+    """Whether something is kept under a key."""
+    return _path(key).exists()
+
+
 def store(key: str, **arrays: np.ndarray) -> None:
     """Keep arrays under a key. A cache that cannot be written costs time the next time, and nothing else."""
     stream = io.BytesIO()

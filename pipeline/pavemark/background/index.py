@@ -37,7 +37,7 @@ def index(images: Path, masks: Path | None = None) -> tuple[tuple[Entry, ...], t
     ----------
     images : Path
         Folder; the files directly in it count, not those of its subfolders. Hidden files and files that are not
-        images by their extension are passed over.
+        images by their extension are passed over. Or one image alone, for which other masks are nothing amiss.
     masks : Path or None
         Folder of PNG masks, each of its image's name.
 
@@ -54,7 +54,8 @@ def index(images: Path, masks: Path | None = None) -> tuple[tuple[Entry, ...], t
         When a folder is missing, unreadable, no folder or holds no image (no mask), when two images share a stem,
         or when no mask has the name of an image.
     """
-    found = listed(images, EXTENSIONS, "image")
+    one = images.is_file() and images.suffix.lower() in EXTENSIONS
+    found = {images.stem: images} if one else listed(images, EXTENSIONS, "image")
     if masks is None:
         return tuple(Entry(name, found[name]) for name in sorted(found)), ()
     known = listed(masks, (".png",), "PNG mask")
@@ -64,7 +65,7 @@ def index(images: Path, masks: Path | None = None) -> tuple[tuple[Entry, ...], t
             masks, f"no mask has the name of an image in {images}: equal names without extension are allowed"
         )
     alone = [found[name] for name in sorted(found.keys() - known.keys())]
-    alone += [known[name] for name in sorted(known.keys() - found.keys())]
+    alone += [] if one else [known[name] for name in sorted(known.keys() - found.keys())]
     return entries, tuple(alone)
 
 

@@ -101,6 +101,18 @@ def make_plate(
     return _plate(source, source.key())
 
 
+def is_kept(image: Path, mask: Path | None, scale: float, table: MaskTable, method: str, segmenter: str) -> bool:
+    """Whether `make_plate` has made this plate before, and will give it at once.
+
+    Raises
+    ------
+    InputError
+        When a file or the method is refused.
+    """
+    inpainter(method)
+    return cache.holds(_Source(image, mask, scale, table, method, segmenter).key())
+
+
 # The last few stay in memory: the panel redraws one plate over and over, a job turns to the next.
 @lru_cache(maxsize=4)
 def _plate(source: _Source, key: str) -> Plate:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from pavemark.cli.words import Folder, cores, faults_kept, told
+from pavemark.cli.words import Folder, cores, faults_kept, led, told
 from pavemark.job.config import read_inputs
 from pavemark.job.plates import WORKER, make
 from pavemark.job.progress import shown
@@ -28,11 +28,19 @@ from pavemark.job.run import PATIENCE, RECYCLE, Machine
 @click.option("--recycle", type=click.IntRange(1), default=RECYCLE, help="Plates a process.", hidden=True)
 @click.option("--patience", type=click.FloatRange(1.0), default=PATIENCE, help="Seconds a plate may take.", hidden=True)
 @click.option("--quiet", is_flag=True, help="Say only what goes wrong.")
+@led
 def plates(
-    out: Path, settings: tuple[str, ...], workers: int, recycle: int, patience: float, quiet: bool, **options
+    out: Path,
+    settings: tuple[str, ...],
+    workers: int,
+    recycle: int,
+    patience: float,
+    quiet: bool,
+    every: float,
+    **options,
 ) -> int:
     """Take the markings off images, and draw a contact sheet of what came of it."""
     inputs = read_inputs(told(settings, options))
     out = out.absolute()
     with faults_kept(out):
-        return make(inputs, out, Machine(WORKER, workers, recycle, patience), shown(quiet, "plates"))
+        return make(inputs, out, Machine(WORKER, workers, recycle, patience), shown(quiet, "plates", every))

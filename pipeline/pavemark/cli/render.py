@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from pavemark.cli.words import Folder, cores, faults_kept, told
+from pavemark.cli.words import Folder, cores, faults_kept, led, told
 from pavemark.job.config import read
 from pavemark.job.journal import Shard
 from pavemark.job.progress import shown
@@ -49,6 +49,7 @@ class _Shard(click.ParamType):
     "--patience", type=click.FloatRange(1.0), default=PATIENCE, help="Seconds an image may take.", hidden=True
 )
 @click.option("--quiet", is_flag=True, help="Say only what goes wrong.")
+@led
 @click.pass_obj
 def render(
     command: Sequence[str],
@@ -60,10 +61,11 @@ def render(
     recycle: int,
     patience: float,
     quiet: bool,
+    every: float,
     **options,
 ) -> int:
     """Make labelled synthetic images from real ones."""
     job = read(job_file, told(settings, options))
     out = out.absolute()
     with faults_kept(out):
-        return run(job, out, shard, Machine(tuple(command), workers, recycle, patience), shown(quiet))
+        return run(job, out, shard, Machine(tuple(command), workers, recycle, patience), shown(quiet, every=every))

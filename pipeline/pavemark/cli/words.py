@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import signal
+import sys
+import threading
 import traceback
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -13,6 +16,7 @@ import click
 
 from pavemark.errors import InputError
 from pavemark.job.config import merge, setting
+from pavemark.job.progress import EVERY
 from pavemark.job.run import LOG, log
 
 
@@ -23,6 +27,27 @@ class Folder(click.Path):
         if not str(value):
             self.fail("it is empty: a folder is needed", param, ctx)
         return super().convert(value, param, ctx)
+
+
+def led(command):
+    """Options for a program that runs the command: told often how far it is, and stopped by the end of its stdin."""
+
+    def leash(context: click.Context, option: click.Parameter, value: bool) -> None:
+        if value:
+            threading.Thread(target=_until_stdin_ends, daemon=True).start()
+
+    command = click.option("--every", type=click.FloatRange(0.0), default=EVERY, help="Seconds a line.", hidden=True)(
+        command
+    )
+    # Whoever is killed closes no door behind him, but his end of the pipe closes.
+    return click.option("--leash", is_flag=True, expose_value=False, callback=leash, hidden=True)(command)
+
+
+def _until_stdin_ends() -> None:
+    while sys.stdin.read(1):
+        pass
+    # To the main thread, which may be waiting: a signal elsewhere would not wake it.
+    signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
 
 
 def cores() -> int:

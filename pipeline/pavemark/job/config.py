@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -179,6 +180,23 @@ def merge(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
         under = merged.get(name)
         merged[name] = merge(under, value) if isinstance(under, dict) and isinstance(value, dict) else value
     return merged
+
+
+def toml(data: dict[str, Any], above: str = "") -> str:
+    """Tables of a job file as its text, a line a field.
+
+    Examples
+    --------
+    >>> print(toml({"count": 3, "noise": {"rate": 0.5}}), end="")
+    count = 3
+    noise.rate = 0.5
+    """
+    # What JSON writes of words, numbers and lists is TOML too.
+    return "".join(
+        toml(value, f"{above}{name}.") if isinstance(value, dict) else f"{above}{name} = {json.dumps(value)}\n"
+        for name, value in data.items()
+        if value is not None
+    )
 
 
 def setting(text: str) -> dict[str, Any]:

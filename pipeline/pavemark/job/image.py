@@ -26,7 +26,7 @@ from pavemark.plate import Plate
 from pavemark.randomize.optics import Blur
 from pavemark.randomize.scene import randomize
 from pavemark.records import to_json
-from pavemark.scene import Area
+from pavemark.scene import Area, Scene
 
 ENCODERS = {"dmpr": dmpr.encode, "ps2": ps2.encode, "yolo": yolo.encode}
 
@@ -102,7 +102,6 @@ def make_image(
         When a file cannot be written.
     """
     timings = Timings()
-    paths = folder.paths(index)
     with timings.stage("plate"):
         ground = read_ground(image, mask, job)
         plate = ground.plate
@@ -116,25 +115,45 @@ def make_image(
     with timings.stage("compose"):
         pixels = compose(scene, todo, plate, layers)
     with timings.stage("labels"):
-        true = truth(scene, plate.ground)
-        encoded = _encoded(pixels, true, job.formats)
-        encoded["scene"] = to_json(scene).encode()
-        fragment = coco.fragment(true, paths["image"].name) if "coco" in job.formats else None
+        encoded, fragment = encode(scene, pixels, plate, folder)
     with timings.stage("files"):
-        for what, data in encoded.items():
-            files.write(paths[what], data)
+        hashes = write(encoded, folder, index)
     row = {
         "index": index,
         "input": image.name,
         "plate": plate.sha256,
         "seed": job.seed,
-        "files": {
-            paths[what].relative_to(folder.out).as_posix(): hashlib.sha256(data).hexdigest()
-            for what, data in encoded.items()
-        },
+        "files": hashes,
         "timings": timings.seconds,
     }
     return row, fragment
+
+
+def encode(
+    scene: Scene, pixels: np.ndarray, plate: Plate, folder: Folder
+) -> tuple[dict[str, bytes], dict[str, Any] | None]:
+    """The files of an image (H, W, 3) uint8, display sRGB, by what they hold, and what it adds to coco.json."""
+    true = truth(scene, plate.ground)
+    encoded = _encoded(pixels, true, folder.formats) | {"scene": to_json(scene).encode()}
+    name = folder.paths(scene.index)["image"].name
+    return encoded, coco.fragment(true, name) if "coco" in folder.formats else None
+
+
+def write(encoded: dict[str, bytes], folder: Folder, index: int) -> dict[str, str]:
+    """Write the files of an image; their hashes by their path in the folder.
+
+    Raises
+    ------
+    InputError
+        When one cannot be written.
+    """
+    paths = folder.paths(index)
+    for what, data in encoded.items():
+        files.write(paths[what], data)
+    return {
+        paths[what].relative_to(folder.out).as_posix(): hashlib.sha256(data).hexdigest()
+        for what, data in encoded.items()
+    }
 
 
 def _encoded(pixels: np.ndarray, true: Truth, formats: tuple[str, ...]) -> dict[str, bytes]:

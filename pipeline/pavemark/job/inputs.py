@@ -13,7 +13,7 @@ from pavemark.background import cache
 from pavemark.background.finding import SEGMENTERS
 from pavemark.background.index import Entry, index
 from pavemark.background.inpainting import inpainter
-from pavemark.background.plates import make_plate
+from pavemark.background.plates import is_kept, make_plate
 from pavemark.background.stock import RECORD, ROWS, stock
 from pavemark.compose import optics
 from pavemark.errors import InputError
@@ -104,6 +104,20 @@ def read_plate(image: Path, mask: Path | None, inputs: Inputs, ground: Path | No
         return make_plate(image, mask, scale, inputs.mask, method, inputs.segmenter, ground)
     except InputError as error:
         raise UnusableImage(error.where, error.what) from None
+
+
+def kept(entry: Entry, inputs: Inputs) -> bool:
+    """Whether the plate of an entry has been made and `read_plate` gives it at once.
+
+    Raises
+    ------
+    InputError
+        When the image or its mask cannot be read.
+    """
+    if isinstance(inputs, Job) and inputs.plates is not None:
+        return True
+    scale, method = inputs.pixels_per_metre, inputs.inpainter
+    return is_kept(entry.image, entry.mask, scale, inputs.mask, method, inputs.segmenter)
 
 
 def blur(plate: Plate) -> Blur:

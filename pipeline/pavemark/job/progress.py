@@ -58,8 +58,9 @@ class Quiet:
 class Lines(Quiet):
     """A line every few seconds."""
 
-    def __init__(self, what: str) -> None:
+    def __init__(self, what: str, every: float) -> None:
         self._what = what
+        self._every = every
 
     @contextmanager
     def of(self, total: int) -> Iterator[None]:
@@ -70,7 +71,7 @@ class Lines(Quiet):
     def step(self, lacking: bool) -> None:
         self._count += 1
         self._lacking += lacking
-        if now() - self._told >= EVERY:
+        if now() - self._told >= self._every:
             self._told = now()
             rate = self._count / (self._told - self._start)
             left = _span((self._total - self._count) / rate)
@@ -118,11 +119,11 @@ class Terminal(Quiet):
         print(line, flush=True)
 
 
-def shown(quiet: bool, what: str = "images") -> Progress:
-    """The progress that suits where stdout leads; `what` is counted."""
+def shown(quiet: bool, what: str = "images", every: float = EVERY) -> Progress:
+    """The progress that suits where stdout leads; `what` is counted, and told every so many seconds."""
     if quiet:
         return Quiet()
-    return Terminal(what) if sys.stdout.isatty() else Lines(what)
+    return Terminal(what) if sys.stdout.isatty() else Lines(what, every)
 
 
 def _lack(count: int) -> str:

@@ -69,6 +69,8 @@ class Ranges:
         distance from the car.
     symbol_rate : float
         Share of images with slot numbers or arrows.
+    slots : tuple of int
+        Fewest and most slots of a row that ends in the frame; between them as many as real rows have.
     """
 
     empty_rate: float = attrs.field(default=0.1, validator=_share)
@@ -78,6 +80,7 @@ class Ranges:
     offset: tuple[float, float] = attrs.field(default=(-0.3, 0.3), validator=interval(-10.0, 10.0))
     on_line: float = attrs.field(default=0.5, validator=_share)
     symbol_rate: float = attrs.field(default=0.3, validator=_share)
+    slots: tuple[int, int] = attrs.field(default=(1, _SIDE + 1), validator=interval(1, _SIDE + 1))
 
 
 @attrs.frozen
@@ -210,6 +213,7 @@ def _fill(
     starts, ends = _slots_along(rng, fitted, shape)
     place = rng.random()
     count = 1 + int(np.searchsorted(np.cumsum(getattr(fitted, shape.family).count), rng.random()))
+    count = min(max(count, ranges.slots[0]), ranges.slots[1])
     before = min(int(rng.random() * count), count - 1)
     run_before, run_after = rng.random(2) < ranges.run_on
 
