@@ -16,8 +16,8 @@ from pavemark.background.segmenter import network, segment
 from pavemark.ground import Frame
 
 FOUND, SURE = 0.4, 0.5
-"""Probabilities from which a pixel is a marking, and ground. A marking that is missed stays in the plate for good; ground
-that is taken for one is filled, and hardly seen."""
+"""Probabilities from which a pixel is a marking, and ground. A marking that is missed stays in the plate for good;
+ground that is taken for one is filled, and hardly seen."""
 
 SPECK = 0.01
 """Square metres below which a found marking is none: a tenth of a metre a side."""
