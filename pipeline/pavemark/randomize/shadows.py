@@ -28,6 +28,9 @@ _TRIES = 200
 _MOST = 3
 """Casters of an image."""
 
+_NEAR = 8.0
+"""Metres beyond the frame's corners up to which things cast shadows: those of farther ones have lost their shape."""
+
 _WITHIN = 0.8
 """Share of the frame, about its middle, in which the middle of a shadow ends."""
 
@@ -97,7 +100,8 @@ def _caster(rng: np.random.Generator, kinds: tuple[str, ...], frame: Frame, sour
         if foot is None:
             continue
         reach = np.hypot(length, width) / 2 if kind not in _ROUND else max(length, width) / 2
-        if (np.abs(foot) > np.asarray(frame.size) / 2 + reach).any():
+        near = np.hypot(*foot) < np.hypot(*frame.size) / 2 + _NEAR
+        if near and (np.abs(foot) > np.asarray(frame.size) / 2 + reach).any():
             return Caster(kind, (float(foot[0]), float(foot[1])), (length, width, height), turn, seed)
     return None
 
