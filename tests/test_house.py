@@ -21,6 +21,7 @@ FOUNDATION = {
     "errors",
     "assets",
     "calibration",
+    "costs",
     "geometry",
     "colour",
     "cameras",
@@ -51,7 +52,7 @@ BLENDER_MAY_IMPORT = {
     "colour",
 }
 
-PANEL_MAY_IMPORT = BLENDER_MAY_IMPORT | {"calibration", "job", "background", "randomize", "compose", "labels"}
+PANEL_MAY_IMPORT = BLENDER_MAY_IMPORT | {"calibration", "costs", "job", "background", "randomize", "compose", "labels"}
 """The panel is to Blender what the command line is to a terminal."""
 
 STAGE = {

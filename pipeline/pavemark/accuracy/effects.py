@@ -9,6 +9,7 @@ import attrs
 import numpy as np
 from matplotlib.figure import Figure
 
+from pavemark import __version__
 from pavemark.accuracy import marked
 from pavemark.accuracy.apart import Apart
 from pavemark.accuracy.edges import started
@@ -20,12 +21,14 @@ from pavemark.accuracy.table import as_csv, markdown
 from pavemark.accuracy.watcher import Watcher
 from pavemark.accuracy.work_precision import duration
 from pavemark.compose.image import compose
+from pavemark.costs import Costs
 from pavemark.errors import InputError
 from pavemark.ground import Frame
 from pavemark.layers import Renderer
 from pavemark.light import Glare, Relief, Sun, Tube, Wet
 from pavemark.plan import plan
 from pavemark.plate import Plate
+from pavemark.records import to_json
 from pavemark.scene import (
     Blend,
     Brightness,
@@ -45,7 +48,12 @@ from pavemark.scene import (
 
 FRAME, QUICK_FRAME = Frame(600, 600, 60.0), Frame(150, 150, 15.0)
 
-ROUNDS, QUICK_ROUNDS = 9, 3
+ROUNDS, QUICK_ROUNDS = 5, 3
+
+RAYS = 9
+"""Rays a pixel of the image that tells what a ray costs."""
+
+MORE_RAYS = f"{RAYS} rays"
 
 EYES = ((0.0, 2.4, 0.66), (-1.1, 0.55, 1.02), (1.1, 0.55, 1.02), (0.0, -2.4, 0.88))
 SUN = Sun(azimuth=2.6, elevation=0.6)
@@ -116,11 +124,12 @@ def scene(frame: Frame, effects: Sequence[str]) -> Scene:
     )
 
 
-def work(make: Callable[[], Renderer], frame: Frame, effects: tuple[str, ...]) -> None:
-    """Make an image, as a job does but for its labels and files: for a process of its own."""
-    shown, plate = scene(frame, effects), _ground(frame)
-    todo = plan(shown)
-    compose(shown, todo, plate, started(make).render(shown, plate, todo))
+def work(make: Callable[[], Renderer], frame: Frame, effects: tuple[str, ...], rays: int) -> str:
+    """Make an image, as a job does but for its labels and files: for a process of its own. The renderer's version."""
+    shown, plate = attrs.evolve(scene(frame, effects), rays=rays), _ground(frame)
+    todo, renderer = plan(shown), started(make)
+    compose(shown, todo, plate, renderer.render(shown, plate, todo))
+    return renderer.version
 
 
 @lru_cache(maxsize=1)
@@ -129,7 +138,7 @@ def _ground(frame: Frame) -> Plate:
 
 
 def report(make: Callable[[], Renderer], quick: bool, watcher: Watcher) -> Report:
-    """Measure every effect: effects.svg, effects.csv and effects.md.
+    """Measure every effect: effects.svg, effects.csv, effects.md, and costs.json, the table that ships.
 
     Parameters
     ----------
@@ -150,11 +159,11 @@ def report(make: Callable[[], Renderer], quick: bool, watcher: Watcher) -> Repor
     sets |= {tuple(other for other in EFFECTS if other != name): f"all but {name}" for name in EFFECTS}
     effects = {label: names for names, label in sets.items()}
     with Apart(work, "effects") as blender:
-        blender(make, frame, ())
-        contenders = [Contender("effects", label) for label in effects]
+        version = blender(make, frame, (), 1).value
+        contenders = [Contender("effects", label) for label in (*effects, MORE_RAYS)]
         runs, failed = race(
             contenders,
-            lambda one: blender(make, frame, effects[one.family]),
+            lambda one: blender(make, frame, effects.get(one.family, ()), RAYS if one.family == MORE_RAYS else 1),
             QUICK_ROUNDS if quick else ROUNDS,
             watcher,
         )
@@ -164,7 +173,15 @@ def report(make: Callable[[], Renderer], quick: bool, watcher: Watcher) -> Repor
     seconds = {run.contender.family: float(np.median(run.seconds)) for run in runs}
     text = _told(frame, costs, seconds["plain"], seconds["all"], len(runs[0].seconds))
     drawn = svg("effects", lambda: _drawn(costs))
-    return Report({"effects.svg": drawn, "effects.csv": as_csv(costs, Cost), "effects.md": text}, text)
+    table = Costs(
+        versions={"pavemark": __version__, "renderer": version},
+        pixels=frame.width * frame.height,
+        plain=seconds["plain"],
+        ray=(seconds[MORE_RAYS] - seconds["plain"]) / (RAYS - 1),
+        effects={cost.effect: cost.alone for cost in costs},
+    )
+    files = {"effects.svg": drawn, "effects.csv": as_csv(costs, Cost), "costs.json": to_json(table), "effects.md": text}
+    return Report(files, text)
 
 
 def _costs(runs: dict[str, Run]) -> list[Cost]:
