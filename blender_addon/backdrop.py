@@ -37,7 +37,7 @@ def tables(target: bpy.types.Scene) -> dict[str, Any]:
         return {"plates": str(images)}
     found = {
         "images": str(images),
-        "metres_per_pixel": _double(told.metres_per_pixel),
+        **_meant(told.metres_per_pixel),
         "inpainter": told.inpainter,
         "segmenter": told.segmenter,
     }
@@ -132,7 +132,9 @@ def _numbers(text: str) -> list[int]:
         raise InputError(WHERE, f"mask values {text!r}: whole numbers with commas between them are allowed") from None
 
 
-def _double(metres: float) -> float:
-    """What was meant by a number that Blender keeps in float32: the shortest decimal, or one over a whole number."""
-    whole = round(1 / metres)
-    return 1 / whole if whole and np.float32(1 / whole) == np.float32(metres) else float(str(np.float32(metres)))
+def _meant(metres: float) -> dict[str, float]:
+    """The scale that was meant by a number that Blender keeps in float32: of pixels per metre and metres per pixel the
+    one that is shorter to write."""
+    scales = filter(None, (round(1 / metres, digits) for digits in range(4)))
+    scale = next((scale for scale in scales if np.float32(1 / scale) == np.float32(metres)), None)
+    return {"metres_per_pixel": float(str(np.float32(metres)))} if scale is None else {"scale": scale}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from pavemark import costs
 from pavemark.calibration import contrast, shipped
 from pavemark.plan import plan
 from pavemark.plate import Plate
@@ -38,10 +39,15 @@ def lines(scene: Scene | None, seconds: float, off: float) -> list[str]:
         f"In paint: {_counted(nodes, 'effect')} on {_counted(len(scene.markings), 'marking')}",
         f"Then: {' → '.join(todo.steps) or 'nothing, the plate as it is'}",
     ]
+    told.append(f"Expected: {_duration(costs.shipped().expected(scene))} on one core, by the table")
     if seconds:
         told.append(f"The last render took {seconds:.2f} s")
         told += [f"Its edges are off by {off:.2g} levels at most, by the table"] * (off >= 0)
     return told
+
+
+def _duration(seconds: float) -> str:
+    return f"{1000 * seconds:.0f} ms" if seconds < 1 else f"{seconds:.1f} s"
 
 
 def _counted(number: int, what: str) -> str:

@@ -22,7 +22,7 @@ DULL = 0.3
 ROUGHNESS = 0.35
 """How much less each octave of the patches counts than the one before: water evens out what is small."""
 
-SHORE = 0.1
+SHORE = 0.2
 """Share of the ground over which wet patches dry out and puddles run shallow."""
 
 SKYLINE = 1.5

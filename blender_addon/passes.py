@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 
 import attrs
 import numpy as np
+import shapely
 
 from pavemark.geometry.mirror import mirrored, seen_by
 from pavemark.geometry.outline import outline
@@ -49,19 +50,19 @@ def _decals(stage: Stage, scene: Scene, plan: Plan, made: Pass) -> Window | None
 
 
 def _relief(stage: Stage, scene: Scene, plan: Plan, made: Pass) -> Window | None:
-    frame, raised = scene.plate.frame, scene.relief
+    frame, paint = scene.plate.frame, scene.relief
+    # Coats that lie on one another are one body: each alone would shade the other where their tops are level.
+    whole = shapely.union_all([outline(marking, scene.curvature) for marking in scene.markings])
+    mesh = relief.raised("Relief", whole, frame, paint)
+    if mesh is None:
+        return None
     white = stage.keep(floors.white("Pavemark white", None))
-    window = None
-    for number, marking in enumerate(scene.markings):
-        name = f"Relief {number} {marking.kind}"
-        mesh = relief.raised(name, outline(marking, scene.curvature), frame, raised)
-        if mesh is not None:
-            mesh.materials.append(white)
-            corners = [corner[:2] for corner in stage.add(name, mesh).bound_box]
-            window = _around(window, corners, frame, raised.height / np.tan(raised.sun.elevation))
+    mesh.materials.append(white)
+    corners = [corner[:2] for corner in stage.add("Relief", mesh).bound_box]
+    window = _around(None, corners, frame, paint.height / np.tan(paint.sun.elevation))
     if window is not None:
         stage.floor(frame, white)
-        stage.lit_by("Pavemark sun", sources.sun("Pavemark sun", raised.sun))
+        stage.lit_by("Pavemark sun", sources.sun("Pavemark sun", paint.sun))
     return window
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import bpy
 import numpy as np
 import shapely
-from shapely.geometry import MultiPolygon
 
 from pavemark.ground import Frame
 from pavemark.light import Relief
@@ -16,7 +15,7 @@ BEYOND = 1.0
 """Metres beyond the frame from which raised paint may still cast a shadow into it."""
 
 
-def raised(name: str, shape: MultiPolygon, frame: Frame, relief: Relief) -> bpy.types.Mesh | None:
+def raised(name: str, shape: shapely.Geometry, frame: Frame, relief: Relief) -> bpy.types.Mesh | None:
     """Paint with a slope along its outline, as triangles; None where none is near the frame."""
     width, depth = (side / 2 + BEYOND for side in frame.size)
     near = shapely.intersection(shape, shapely.box(-width, -depth, width, depth))

@@ -38,6 +38,8 @@ def ready(target: bpy.types.Scene) -> tuple[Scene, Plate]:
     if target.pavemark.max_error > 0:
         job = attrs.evolve(backdrop.job(target), max_error=round(target.pavemark.max_error, 4))
         now = exactness(job).met(now, plate)
+    else:
+        now = attrs.evolve(now, rays=1)
     if now != scene:
         document.keep(target, now)
     return now, plate

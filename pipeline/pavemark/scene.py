@@ -389,5 +389,11 @@ class Scene:
     def __attrs_post_init__(self) -> None:
         if self.markings and self.blend is None:
             raise ValueError("blend is missing: a scene with markings needs one")
+        for caster in self.shadows.casters if self.shadows is not None else ():
+            if all(abs(at) <= side / 2 for at, side in zip(caster.foot, self.plate.frame.size, strict=True)):
+                place = f"({caster.foot[0]:g}, {caster.foot[1]:g})"
+                raise ValueError(
+                    f"shadows.casters: a {caster.kind} stands in the picture, at {place}: outside it is allowed"
+                )
         if self.relief is not None and not self.markings:
             raise ValueError("relief is given without markings: it is theirs, so some are needed")

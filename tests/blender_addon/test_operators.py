@@ -312,7 +312,7 @@ def test_a_job_is_exported_as_the_panel_says(drawn, inputs, tmp_path):
     path = tmp_path / "job.toml"
     bpy.ops.pavemark.export_job(filepath=str(path))
     job = read(path, {})
-    assert (job.count, job.seed, job.metres_per_pixel) == (7, 11, 1 / 12)
+    assert (job.count, job.seed, job.pixels_per_metre) == (7, 11, 12.0)
     assert (job.texture.wear.rate, job.noise.rate, job.optics.rate) == (1.0, 0.0, 0.0)
     assert (job.shape.open, job.shape.closed, job.shape.corner) == (1.0, 0.0, 0.0)
     assert Path(job.images).resolve() == inputs / "images"
@@ -336,3 +336,11 @@ def test_a_largest_error_is_the_jobs_and_the_panels(drawn):
     settings.max_error = 0.01
     with pytest.raises(RuntimeError, match=r"max_error: 0\.01 8-bit levels: allowed from"):
         bpy.ops.pavemark.render()
+
+
+@pytest.mark.parametrize("scale", [60.0, 22.7, 48.5, 1 / 0.044])
+def test_the_scale_of_a_job_survives_blenders_float32(scale, inputs):
+    told = bpy.context.scene.pavemark.background
+    told.images = str(inputs / "images")
+    told.metres_per_pixel = 1 / scale
+    assert backdrop.job(bpy.context.scene).pixels_per_metre == scale

@@ -143,6 +143,13 @@ def test_a_slope_that_the_sun_still_reaches_is_only_darker(renderer):
     assert lost == pytest.approx(0.02 * (1 - math.cos(math.radians(65)) / math.sin(sun.elevation)), rel=0.03)
 
 
+def test_coats_that_lie_on_each_other_do_not_shade_each_other(renderer):
+    relief = Relief(0.02, 0.02, Sun(azimuth=0.0, elevation=0.6, angle=0.01), 0.0)
+    one = raised(relief)
+    once, twice = (drawn(renderer, attrs.evolve(one, markings=one.markings * n), "relief", 16) for n in (1, 2))
+    np.testing.assert_allclose(twice, once, atol=0.01)
+
+
 def test_puddles_mirror_the_sky_as_steeply_as_they_are_seen(renderer):
     ground = Wet(0.97, 1.0, 1.0, 0.5, (0.8, 0.9, 1.0), (0.1,) * 3, 0.0, EYES, 3.0)
     layer = drawn(renderer, scene(wet=ground), "wet")

@@ -88,8 +88,7 @@ def explain(path: Path) -> str:
     lines += ["", _line("whole image", "" if told["effects"] else "no effect")]
     lines += [_line(f"  {name}", _parameters(effect)) for name, effect in told["effects"].items()]
     passes = [
-        f"{each['name']}, {each['samples']} sample{'' if each['samples'] == 1 else 's'} a pixel"
-        for each in told["passes"]
+        f"{each['name']}, {each['samples']} ray{'' if each['samples'] == 1 else 's'} a pixel" for each in told["passes"]
     ]
     lines += [
         "",
@@ -117,12 +116,16 @@ def _marking(marking: dict[str, Any], colour: str) -> str:
 
 
 def _parameters(effect: dict[str, Any]) -> str:
-    return ", ".join(f"{name} {_value(value)}" for name, value in effect.items())
+    return ", ".join(f"{name} {_value(value)}" for name, value in effect.items() if value is not None)
 
 
 def _value(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.4g}"
+    if isinstance(value, dict):
+        return f"({_parameters(value)})"
+    if isinstance(value, (list, tuple)) and value and isinstance(value[0], dict):
+        return ", ".join(f"{count} {kind}" for kind, count in Counter(each.get("kind", "") for each in value).items())
     if isinstance(value, (list, tuple)):
         numbers = [number for number in _flat(value) if isinstance(number, (int, float))]
         return f"{len(numbers)} numbers, {min(numbers):.4g} to {max(numbers):.4g}" if numbers else "none"
