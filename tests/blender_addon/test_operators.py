@@ -333,6 +333,9 @@ def test_a_largest_error_is_the_jobs_and_the_panels(drawn):
     bpy.ops.pavemark.render()
     assert document.known(drawn).rays > 1
     assert 0 < settings.off <= 4.0
+    settings.max_error = 0.0
+    bpy.ops.pavemark.render()
+    assert (document.known(drawn).rays, settings.off) == (1, off)
     settings.max_error = 0.01
     with pytest.raises(RuntimeError, match=r"max_error: 0\.01 8-bit levels: allowed from"):
         bpy.ops.pavemark.render()

@@ -214,15 +214,16 @@ def _told(frame: Frame, costs: Sequence[Cost], plain: float, full: float, rounds
         "![What effects cost](effects.svg)",
         f"Without any effect an image takes {duration(plain)}, with all of them {duration(full)}. The dearest, alone: "
         f"{', '.join(f'{cost.effect} {duration(cost.alone)}' for cost in dearest)}.",
-        "Tyres alone cost nothing: they say where wear and dirt are, which then take longer. Relief costs more where "
-        "lines are bent, for it follows the bent outline.",
+        "Where the quartiles reach below nought, the effect is not to be told from noise. Tyres by themselves do nothing: "
+        "they say where wear and dirt are. Relief follows the bent outline, so that curvature costs more where it is on.",
         markdown(("effect", "alone", "last"), rows),
     ]
     return "\n\n".join(told) + "\n"
 
 
 def _spread(middle: float, lower: float, upper: float) -> str:
-    return f"{_ms(middle)} ({_ms(lower)} to {_ms(upper)}) ms"
+    told = f"{_ms(middle)} ({_ms(lower)} to {_ms(upper)}) ms"
+    return told if lower > 0 else f"noise: {told}"
 
 
 def _ms(seconds: float) -> str:
