@@ -215,8 +215,8 @@ def _told(frame: Frame, costs: Sequence[Cost], plain: float, full: float, rounds
         f"Without any effect an image takes {duration(plain)}, with all of them {duration(full)}. The dearest, alone: "
         f"{', '.join(f'{cost.effect} {duration(cost.alone)}' for cost in dearest)}.",
         "Where the quartiles reach below nought, the effect is not to be told from noise. Tyres by themselves do "
-        "nothing: they say where wear and dirt are. Relief follows the bent outline, so that curvature costs more where "
-        "it is on.",
+        "nothing: they say where wear and dirt are. Relief follows the bent outline, so that curvature costs more "
+        "where it is on.",
         markdown(("effect", "alone", "last"), rows),
     ]
     return "\n\n".join(told) + "\n"
