@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
 from hard_cases import EPS, STEADY
+from pavemark.accuracy.rivals import iterative
 from pavemark.colour import LINEAR, quantise, to_display
 from pavemark.compose import blend, poisson
 from pavemark.ground import Frame
@@ -310,3 +311,26 @@ def test_memory_stays_over_many_calls():
     before = run(100)
     # Kilobytes. One leaked band of this domain, 10 kB a call, would add 10 MB.
     assert run(1000) - before < 4000
+
+
+@pytest.mark.parametrize("name", [name for name in DOMAINS if name != "empty"])
+def test_iterative_equals_direct_to_its_tolerance(name):
+    domain = DOMAINS[name]
+    rng = np.random.default_rng(5)
+    a, b = poisson.links(domain)
+    equation = domain, a, b, rng.normal(size=(len(a), 3)), rng.normal(size=(*domain.shape, 3))
+    direct = poisson.solve(*equation)
+    for tolerance in (1e-4, 1e-10):
+        # A residual of that share of the right side, times the norm of the inverse: 1 over the least eigenvalue.
+        system = poisson.system(*equation)
+        least = np.linalg.eigvalsh(system.matrix.toarray())[0]
+        bound = tolerance * np.linalg.norm(system.source, axis=0).max() / least
+        assert np.abs(iterative(*equation, tolerance) - direct).max() <= bound + EXACT
+
+
+def test_iterations_that_do_not_converge_raise():
+    domain = DOMAINS["disc"]
+    rng = np.random.default_rng(5)
+    a, b = poisson.links(domain)
+    with pytest.raises(np.linalg.LinAlgError, match="did not converge"):
+        iterative(domain, a, b, rng.normal(size=(len(a), 1)), rng.normal(size=(*domain.shape, 1)), 1e-12, limit=3)

@@ -38,7 +38,7 @@ def test_effects_passes_and_steps(tmp_path):
 def test_rays_are_told(tmp_path):
     path = _file(tmp_path, attrs.evolve(row(), rays=64))
     assert json.loads(explain_json(path))["passes"] == [{"name": "decals", "samples": 64}]
-    assert "passes        decals, 64 samples a pixel" in explain(path)
+    assert "passes        decals, 64 rays a pixel" in explain(path)
     assert "passes        decals, 1 ray a pixel" in explain(_file(tmp_path, row()))
 
 

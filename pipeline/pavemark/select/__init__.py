@@ -1,0 +1,1 @@
+"""Which synthetic images a detector should learn from."""
