@@ -8,9 +8,17 @@ from pavemark.scene import Paint, Scene
 from .. import document, edits
 from ..effects import LABELLED
 from ..new_slot import with_slot
+from .background import CHOOSE
 from .reporting import Reporting, needs
 
 CLEAN = "Remove the markings of the image first"
+
+
+def clean(cls: type, context: bpy.types.Context) -> bool:
+    """Whether there is clean ground to draw on; the poll of what does. If not, what is to be done first is told."""
+    settings = context.scene.pavemark
+    shown = needs(cls, settings.background.name, settings.trouble or CHOOSE)
+    return shown and needs(cls, settings.background.clean, CLEAN)
 
 
 class PAVEMARK_OT_randomize(Reporting, bpy.types.Operator):
@@ -22,7 +30,7 @@ class PAVEMARK_OT_randomize(Reporting, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        return needs(cls, context.scene.pavemark.background.clean, CLEAN)
+        return clean(cls, context)
 
     def act(self, context):
         settings = context.scene.pavemark
@@ -39,7 +47,7 @@ class PAVEMARK_OT_draw_again(Reporting, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        return needs(cls, context.scene.pavemark.background.clean, CLEAN)
+        return clean(cls, context)
 
     def act(self, context):
         edits.draw(context.scene)
@@ -66,7 +74,7 @@ class PAVEMARK_OT_new_slot(Reporting, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        return needs(cls, context.scene.pavemark.background.clean, CLEAN)
+        return clean(cls, context)
 
     def invoke(self, context, event):
         if context.area is None or context.area.type != "VIEW_3D":

@@ -17,7 +17,7 @@ from pavemark.plate import Plate
 from pavemark.scene import Scene
 
 from .. import backdrop, cost, document, overlay, shot
-from .drawing import CLEAN
+from .drawing import clean
 from .reporting import Reporting, needs
 
 SLOTS = "Draw slots first: Randomize, New Slot, or Open Scene"
@@ -69,7 +69,7 @@ def _into_editors(image: bpy.types.Image) -> None:
 def renderable(cls: type, context: bpy.types.Context) -> bool:
     """Whether there is something to render; the poll of what does."""
     settings = context.scene.pavemark
-    return needs(cls, settings.background.clean, CLEAN) and needs(cls, settings.document, SLOTS)
+    return clean(cls, context) and needs(cls, settings.document, SLOTS)
 
 
 class PAVEMARK_OT_render(Reporting, bpy.types.Operator):

@@ -51,11 +51,11 @@ def pixels():
         ("look_down", "It is for a 3D view"),
         ("open_editor", "It is for a 3D view"),
         ("stop", "Nothing runs"),
-        ("randomize", "Remove the markings"),
-        ("draw_again", "Remove the markings"),
-        ("new_slot", "Remove the markings"),
-        ("render", "Remove the markings"),
-        ("save_image", "Remove the markings"),
+        ("randomize", "Choose an AVM image"),
+        ("draw_again", "Choose an AVM image"),
+        ("new_slot", "Choose an AVM image"),
+        ("render", "Choose an AVM image"),
+        ("save_image", "Choose an AVM image"),
         ("batch", "Choose an AVM image"),
         ("save_scene", "Draw slots first"),
         ("export_job", "Choose an AVM image"),
@@ -66,6 +66,14 @@ def test_who_cannot_says_why(opened, name, why):
     assert not operator.poll()
     with pytest.raises(RuntimeError, match=why):
         operator()
+
+
+@pytest.mark.parametrize("name", ["randomize", "draw_again", "new_slot", "render", "save_image"])
+def test_on_an_image_with_its_markings_they_come_off_first(opened, inputs, name):
+    opened.pavemark.background.images = str(inputs / "images")
+    assert opened.pavemark.background.name
+    with pytest.raises(RuntimeError, match="Remove the markings of the image first"):
+        getattr(bpy.ops.pavemark, name)()
 
 
 def test_every_operator_is_tried_here():
