@@ -225,3 +225,11 @@ def test_draws():
     assert 900 < sum(value < 2.0 for value in values) < 1100
     assert all(1.0 <= value <= 10.0 for value in values)
     assert all(0 <= seed(rng) < 2**63 for _ in range(100))
+
+
+def test_the_sun_stands_where_it_is_asked_for():
+    domains = changed(everything_on(), ("sun",), azimuth=(80.0, 100.0), elevation=(30.0, 30.0))
+    for index in range(5):
+        relief = drawn(domains, index).relief
+        assert math.radians(80) <= relief.sun.azimuth <= math.radians(100)
+        assert relief.sun.elevation == math.radians(30)
