@@ -14,7 +14,7 @@ class PAVEMARK_PT_render(Sub, bpy.types.Panel):
     def draw(self, context):
         settings, layout = context.scene.pavemark, columns(self.layout)
         layout.prop(settings, "index")
-        layout.prop(settings, "max_error", text="Max Error (levels)")
+        layout.prop(settings, "max_error", text="Error, Levels")
         row = layout.row(align=True)
         row.scale_y = 1.3
         row.operator("pavemark.render", icon="RENDER_STILL")
