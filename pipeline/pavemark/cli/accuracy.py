@@ -52,7 +52,7 @@ class _Cleaned(click.ParamType):
 @click.option("--segmenter", metavar="NAME", help="What finds markings and ground where there are no masks.")
 @click.option("--set", "settings", metavar="FIELD=VALUE", multiple=True, help="A line of a job file: mask.ground = [0]")
 @click.option("--calibrate", is_flag=True, help="Measure the table that render --max-error goes by: REPORT/rays.json.")
-@click.option("--quick", is_flag=True, help="Less of everything: about a minute, four images at most.")
+@click.option("--quick", is_flag=True, help="Less of everything: a few minutes, four images at most.")
 @click.option("--quiet", is_flag=True, help="Say only what goes wrong.")
 def accuracy(
     stage: str,
