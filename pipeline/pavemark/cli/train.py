@@ -19,7 +19,7 @@ from pavemark.errors import InputError
 from pavemark.training.pool import drawn
 
 VIEWS = {"segmenter": 4000, "inpainter": 1600}
-STEPS = {"segmenter": 10_000, "inpainter": 6000}
+STEPS = {"segmenter": 7000, "inpainter": 6000}
 """What the shipped networks were trained on, and for how long."""
 
 EVERY = 100
@@ -33,7 +33,7 @@ EVERY = 100
     "--views", type=click.IntRange(100, 10**6), show_default="segmenter 4000, inpainter 1600", help="Pictures to draw."
 )
 @click.option(
-    "--steps", type=click.IntRange(1), show_default="segmenter 10000, inpainter 6000", help="Steps of training."
+    "--steps", type=click.IntRange(1), show_default="segmenter 7000, inpainter 6000", help="Steps of training."
 )
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="All else follows from it.")
 @click.option("--threads", type=click.IntRange(1), default=cores, show_default="all cores", help="Of the training.")

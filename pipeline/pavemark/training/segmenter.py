@@ -20,7 +20,7 @@ from pavemark.colour import quantise
 from pavemark.files import write
 from pavemark.training.canvas import SIDE
 from pavemark.training.pool import GROUND, MARKING
-from pavemark.training.views import SCALE
+from pavemark.training.views import KINDS, SCALE, Kind
 
 CROP, BATCH = 256, 12
 """Pixels a side of what is learnt from at a time, and how many in a step."""
@@ -40,8 +40,11 @@ HELD_OUT = 50
 RATE = 2e-3
 """Largest learning rate."""
 
-ZOOM = (0.7, 2.0)
+ZOOM = (0.55, 2.0)
 """Between what factors views are enlarged: no user's scale is quite known, and that of lanes often not at all."""
+
+SHARES: dict[Kind, float] = {"any": 0.30, "garage": 0.25, "pavers": 0.20, "crossing": 0.15, "full": 0.10}
+"""How much of what is learnt from is of each kind of view."""
 
 AHEAD = 2
 """Steps for which the pieces of views are made ahead."""
@@ -174,11 +177,19 @@ def _batches(pool: np.ndarray, seed: int, steps: range) -> Iterator[tuple[torch.
 
 def _batch(pool: np.ndarray, seed: int, step: int) -> tuple[torch.Tensor, torch.Tensor]:
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(1, step))))
-    samples = [augmented(pool[int(rng.integers(len(pool)))], rng) for _ in range(BATCH)]
+    samples = [augmented(pool[_number(rng, len(pool))], rng) for _ in range(BATCH)]
     image = torch.from_numpy(np.stack([image for image, _ in samples])).permute(0, 3, 1, 2)
     truth = torch.from_numpy(np.stack([bits for _, bits in samples]))
     truth = torch.stack([(truth & bit) > 0 for bit in (MARKING, GROUND)], 1).float()
     return image.contiguous(memory_format=torch.channels_last), truth
+
+
+def _number(rng: np.random.Generator, count: int) -> int:
+    """Draw one of the first `count` views, whose kinds come in turn, by the share of its kind."""
+    turns = np.flatnonzero(np.arange(len(KINDS)) < count)
+    chances = np.array([SHARES[KINDS[turn]] / KINDS.count(KINDS[turn]) for turn in turns])
+    turn = int(rng.choice(turns, p=chances / chances.sum()))
+    return turn + len(KINDS) * int(rng.integers(-(-(count - turn) // len(KINDS))))
 
 
 def augmented(view: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
