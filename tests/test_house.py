@@ -25,16 +25,21 @@ FOUNDATION = {
     "geometry",
     "colour",
     "cameras",
+    "onnx",
 }
 MIDDLE = {"background", "randomize", "compose", "labels"}
-LEARNING = {"select", "evaluate"}
+LEARNING = {"detect", "evaluate", "select"}
 MAY_IMPORT = {
     **dict.fromkeys(FOUNDATION, FOUNDATION),
-    **{room: FOUNDATION | {room} for room in MIDDLE | LEARNING},
+    **{room: FOUNDATION | {room} for room in MIDDLE},
+    "detect": FOUNDATION | {"background", "detect"},
+    "evaluate": FOUNDATION | {"detect", "evaluate"},
+    "select": FOUNDATION | {"detect", "select"},
     "accuracy": FOUNDATION | MIDDLE | {"accuracy"},
-    "training": FOUNDATION | {"background", "training"},
-    "job": FOUNDATION | MIDDLE | LEARNING | {"job"},
-    "cli": FOUNDATION | {"job", "background", "accuracy", "training", "cli"},
+    "training": FOUNDATION | {"background", "detect", "training"},
+    "job": FOUNDATION | MIDDLE | {"job"},
+    "study": FOUNDATION | LEARNING | {"background", "job", "training", "study"},
+    "cli": FOUNDATION | LEARNING | {"job", "background", "accuracy", "training", "study", "cli"},
     "__main__": {"cli"},
 }
 BLENDER_MAY_IMPORT = {

@@ -6,7 +6,7 @@ from networks import KINDS, network
 from pavemark.background import contracts, models
 from pavemark.background.inpainting.crops import CONTEXT, filled_in_crops, windows
 from pavemark.background.inpainting.learned import Learned
-from pavemark.background.onnx import opened
+from pavemark.onnx import opened
 from pavemark.errors import InputError
 
 EVERY = pytest.mark.parametrize("kind", KINDS)

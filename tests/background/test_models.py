@@ -12,7 +12,8 @@ import pytest
 
 from networks import KINDS, network
 from pavemark import assets, cli
-from pavemark.background import models, onnx
+from pavemark import onnx
+from pavemark.background import models
 from pavemark.background.inpainting import METHODS, choices, inpainter
 from pavemark.background.plates import make_plate
 from pavemark.background.reading import MaskTable

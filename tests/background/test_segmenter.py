@@ -11,7 +11,7 @@ from pavemark import assets
 from pavemark.accuracy.markings import compare
 from pavemark.background import segmenter
 from pavemark.background.finding import SEGMENTERS, classes
-from pavemark.background.onnx import opened
+from pavemark.onnx import opened
 from pavemark.background.reading import MaskTable
 from pavemark.errors import InputError
 from pavemark.ground import Frame

@@ -4,7 +4,8 @@ import numpy as np
 
 from commandline import contents, pavemark
 from networks import KINDS, network
-from pavemark.background import models, onnx
+from pavemark import onnx
+from pavemark.background import models
 
 
 def test_the_number_of_workers_does_not_matter(inputs, arguments, tmp_path, monkeypatch):

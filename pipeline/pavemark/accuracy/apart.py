@@ -19,7 +19,7 @@ from pavemark.errors import InputError
 
 THREADS = 1
 """Threads of OpenCV and of linear algebra, in all their copies, in the process; networks have one as well
-(`pavemark.background.onnx`)."""
+(`pavemark.onnx`)."""
 
 _THREADS = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"), str(THREADS)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
-from pavemark.background.onnx import Network, Port
+from pavemark.onnx import Network, Port
 from pavemark.errors import InputError
 
 SMALLEST = 64

@@ -13,7 +13,7 @@ from pathlib import Path
 import attrs
 
 from pavemark import assets, files
-from pavemark.background import onnx
+from pavemark import onnx
 from pavemark.background.contracts import CONTRACTS, measured_white, recognised
 from pavemark.errors import InputError, one_line
 from pavemark.records import from_json, one_of, to_json, within

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from pavemark import assets
-from pavemark.background.onnx import Network, opened
+from pavemark.onnx import Network, opened
 from pavemark.errors import InputError
 from pavemark.ground import Frame
 

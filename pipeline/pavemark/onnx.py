@@ -86,16 +86,38 @@ class Network:
         InputError
             Naming the file, when the graph fails, or its output has another shape, NaN or infinite values.
         """
-        name = self.outputs[0].name
+        return self.run_all(feeds, {self.outputs[0].name: shape})[0]
+
+    def run_all(self, feeds: dict[str, np.ndarray], shapes: dict[str, tuple[int, ...]]) -> list[np.ndarray]:
+        """Several outputs of the graph.
+
+        Parameters
+        ----------
+        feeds : dict of str to ndarray
+            As in `run`.
+        shapes : dict of str to tuple of int
+            The outputs asked for, and what each has to look like.
+
+        Returns
+        -------
+        list of ndarray
+            Finite, in the order of `shapes`.
+
+        Raises
+        ------
+        InputError
+            As `run`.
+        """
         try:
-            (result,) = self._session.run([name], feeds)
+            results = self._session.run(list(shapes), feeds)
         except Exception as error:  # onnxruntime's errors have no common base
             raise InputError(self.path, f"fails on an input of {_sizes(feeds)}: {_said(error)}") from None
-        if result.shape != shape:
-            raise InputError(self.path, f"{name} has the shape {list(result.shape)}: {list(shape)} is allowed")
-        if not np.isfinite(result).all():
-            raise InputError(self.path, f"{name} holds values that are no finite numbers: the model is of no use")
-        return result
+        for (name, shape), result in zip(shapes.items(), results, strict=True):
+            if result.shape != shape:
+                raise InputError(self.path, f"{name} has the shape {list(result.shape)}: {list(shape)} is allowed")
+            if not np.isfinite(result).all():
+                raise InputError(self.path, f"{name} holds values that are no finite numbers: the model is of no use")
+        return results
 
 
 def opened(path: Path, threads: int = THREADS) -> Network:
