@@ -6,8 +6,8 @@ from networks import KINDS, network
 from pavemark.background import contracts, models
 from pavemark.background.inpainting.crops import CONTEXT, filled_in_crops, windows
 from pavemark.background.inpainting.learned import Learned
-from pavemark.onnx import opened
 from pavemark.errors import InputError
+from pavemark.onnx import opened
 
 EVERY = pytest.mark.parametrize("kind", KINDS)
 

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from networks import KINDS, network
-from pavemark import assets, cli
-from pavemark import onnx
+from pavemark import assets, cli, onnx
 from pavemark.background import models
 from pavemark.background.inpainting import METHODS, choices, inpainter
 from pavemark.background.plates import make_plate

@@ -11,10 +11,10 @@ from pavemark import assets
 from pavemark.accuracy.markings import compare
 from pavemark.background import segmenter
 from pavemark.background.finding import SEGMENTERS, classes
-from pavemark.onnx import opened
 from pavemark.background.reading import MaskTable
 from pavemark.errors import InputError
 from pavemark.ground import Frame
+from pavemark.onnx import opened
 
 ROOT = Path(__file__).parents[2]
 DEMO = ROOT / "assets/demo"

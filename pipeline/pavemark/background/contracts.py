@@ -8,8 +8,8 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
-from pavemark.onnx import Network, Port
 from pavemark.errors import InputError
+from pavemark.onnx import Network, Port
 
 SMALLEST = 64
 """Pixels a side to which a smaller image is mirrored: networks halve it thrice, and mirror what they halved."""

@@ -12,8 +12,7 @@ from pathlib import Path
 
 import attrs
 
-from pavemark import assets, files
-from pavemark import onnx
+from pavemark import assets, files, onnx
 from pavemark.background.contracts import CONTRACTS, measured_white, recognised
 from pavemark.errors import InputError, one_line
 from pavemark.records import from_json, one_of, to_json, within

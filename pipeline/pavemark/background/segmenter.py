@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 
 from pavemark import assets
-from pavemark.onnx import Network, opened
 from pavemark.errors import InputError
 from pavemark.ground import Frame
+from pavemark.onnx import Network, opened
 
 MODEL = "models/segmenter.onnx"
 
