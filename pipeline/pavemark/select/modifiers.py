@@ -35,7 +35,7 @@ def capped(candidates: Iterable[Candidate], most: int) -> Iterator[Candidate]:
     given: Counter[str] = Counter()
     for each in candidates:
         if each.plate is None:
-            raise InputError("--cap-per-plate", f"the plate of {each.name} is not known: scores that tell it are needed")
+            raise InputError("--cap-per-plate", f"the plate of {each.name} is not known: scores with plates are needed")
         given[each.plate] += 1
         if given[each.plate] <= most:
             yield each

@@ -18,9 +18,7 @@ _SLACK = 1e-5
 """What a cosine of numbers of single precision may be off: nearer to the threshold it is reckoned exactly."""
 
 
-def distinct(
-    candidates: Sequence[Candidate], embeddings: np.ndarray, distance: float
-) -> Iterator[Candidate]:
+def distinct(candidates: Sequence[Candidate], embeddings: np.ndarray, distance: float) -> Iterator[Candidate]:
     """Candidates, in their order, less those that lie closer to one that is kept than a distance.
 
     Parameters
@@ -40,12 +38,14 @@ def distinct(
     for start in range(0, len(candidates), BLOCK):
         block, seen = candidates[start : start + BLOCK], _normalised(embeddings[start : start + BLOCK])
         free = ~kept.near(seen, distance)
-        chosen: list[int] = []
+        chosen = np.zeros(len(block), bool)
         within = seen @ seen.T
         for k in np.flatnonzero(free):
-            cosines = within[k, chosen]
-            if not _near(cosines[None], seen[[k]], seen[chosen], distance)[0]:
-                chosen.append(int(k))
+            if (
+                _far(within[k], distance, chosen)
+                or not _near(within[[k]][:, chosen], seen[[k]], seen[chosen], distance).any()
+            ):
+                chosen[k] = True
                 yield block[k]
         kept.add(seen[chosen])
 
@@ -72,11 +72,16 @@ class _Kept:
         return found
 
 
+def _far(cosines: np.ndarray, distance: float, which: np.ndarray) -> bool:
+    """Whether all of some cosines (M,) are beyond doubt those of images that lie far enough apart."""
+    return cosines.max(initial=-2.0, where=which) < 1 - distance - _SLACK
+
+
 def _near(cosines: np.ndarray, ours: np.ndarray, theirs: np.ndarray, distance: float) -> np.ndarray:
     """Whether each of ours lies too close to one of theirs, bool (N,), their cosines (N, M) being roughly known."""
-    near = (cosines > 1 - distance + _SLACK).any(1)
-    unsure = ~near & (cosines > 1 - distance - _SLACK).any(1)
-    for k in np.flatnonzero(unsure):
+    nearest = cosines.max(1, initial=-2.0)
+    near = nearest > 1 - distance + _SLACK
+    for k in np.flatnonzero(~near & (nearest > 1 - distance - _SLACK)):
         for m in np.flatnonzero(cosines[k] > 1 - distance - _SLACK):
             # Sums of matrix products differ from machine to machine; this one does not.
             if max(0.0, 1 - math.fsum(ours[k].astype(float) * theirs[m].astype(float))) < distance:

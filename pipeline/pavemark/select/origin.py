@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -56,10 +57,8 @@ def mark(example: Example) -> bytes:
     """Of the labels that an image is scored against, and of the size of its file: 16 bytes."""
     told = hashlib.sha256(f"{example.name}\n{example.frame}\n".encode())
     told.update(np.ascontiguousarray(example.points, "<f8").tobytes())
-    try:
+    with contextlib.suppress(OSError):  # what cannot be read is told when it is scored
         told.update(str(example.image.stat().st_size).encode())
-    except OSError:
-        pass  # what cannot be read is told when it is scored
     return told.digest()[:16]
 
 

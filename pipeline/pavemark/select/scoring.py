@@ -202,7 +202,9 @@ def _checked(
 ) -> np.ndarray:
     """What a detector finds, if it is an array of finite numbers with such sides, None for any."""
     found = np.asarray(found, np.float64)
-    alike = found.ndim == len(sides) and all(want in (None, side) for want, side in zip(sides, found.shape, strict=True))
+    alike = found.ndim == len(sides) and all(
+        want in (None, side) for want, side in zip(sides, found.shape, strict=True)
+    )
     where = f"detector {detector.family} {detector.version[:12]}"
     if not (alike and found.size):
         allowed = ", ".join("any" if side is None else str(side) for side in sides)

@@ -82,15 +82,11 @@ def coverage(candidates: Sequence[Candidate], seed: int = 0, quantiles: int = 4)
         for cell, of in plates.items()
         for number, plate in enumerate(sorted(of, key=lambda plate: (_drawn(seed, *map(str, cell), plate), plate)))
     }
-    dealt = [
-        (number, turn[stratum], stratum, each) for stratum, of in strata.items() for number, each in enumerate(of)
-    ]
+    dealt = [(number, turn[stratum], stratum, each) for stratum, of in strata.items() for number, each in enumerate(of)]
     return [each for *_, each in sorted(dealt, key=lambda deal: deal[:3])]
 
 
-def learnable(
-    candidates: Sequence[Candidate], learner: dict[str, float], quantile: float = 0.75
-) -> list[Candidate]:
+def learnable(candidates: Sequence[Candidate], learner: dict[str, float], quantile: float = 0.75) -> list[Candidate]:
     """What can be learned and is not learned yet (RHO-loss; Mindermann et al., 2022): most reducible loss first.
 
     The reducible loss is the learner's less that of the reference, which was trained on real images. Of equal ones
