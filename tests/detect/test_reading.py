@@ -9,15 +9,8 @@ from datasets import listed, made, picture
 from pavemark.detect import reading
 from pavemark.errors import InputError
 
-LINE = {
-    "image": "images/a.png",
-    "w": 96,
-    "h": 300,
-    "points": [[25.0, 157.5]],
-    "place": "p",
-    "scene": "Open",
-    "side": "L",
-}
+PLACE = {"place": "p", "scene": "Open", "side": "L"}
+LINE = {"image": "images/a.png", "w": 96, "h": 300, "points": [[25.0, 157.5]], **PLACE}
 
 
 def test_a_dataset_of_ours(tmp_path):
