@@ -14,6 +14,8 @@ from pavemark.cli.accuracy import accuracy
 from pavemark.cli.models import models
 from pavemark.cli.plates import plates
 from pavemark.cli.render import render
+from pavemark.cli.score import score
+from pavemark.cli.select import select
 from pavemark.cli.show import explain, preview
 from pavemark.cli.train import train
 from pavemark.errors import InputError, one_line
@@ -35,7 +37,7 @@ def pavemark(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for _command in (render, plates, preview, explain, models, train, accuracy):
+for _command in (render, plates, preview, explain, models, train, score, select, accuracy):
     pavemark.add_command(_command)
 
 

@@ -16,6 +16,7 @@ import click
 
 from pavemark.errors import InputError
 from pavemark.job.config import merge, setting
+from pavemark.job.journal import Shard
 from pavemark.job.progress import EVERY
 from pavemark.job.run import LOG, log
 
@@ -27,6 +28,18 @@ class Folder(click.Path):
         if not str(value):
             self.fail("it is empty: a folder is needed", param, ctx)
         return super().convert(value, param, ctx)
+
+
+class Part(click.ParamType):
+    """A part of the work, for one of several machines."""
+
+    name = "K/N"
+
+    def convert(self, value, param, ctx):
+        part, _, parts = value.partition("/")
+        if not (part.isdecimal() and parts.isdecimal() and int(part) < int(parts)):
+            self.fail(f"{value!r}: allowed is K/N with K from 0 to N - 1, such as 3/16", param, ctx)
+        return Shard(int(part), int(parts))
 
 
 def led(command):
