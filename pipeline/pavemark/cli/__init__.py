@@ -11,6 +11,7 @@ import click
 
 from pavemark import __version__
 from pavemark.cli.accuracy import accuracy
+from pavemark.cli.evaluate import evaluate
 from pavemark.cli.models import models
 from pavemark.cli.plates import plates
 from pavemark.cli.render import render
@@ -35,7 +36,7 @@ def pavemark(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for _command in (render, plates, preview, explain, models, train, accuracy):
+for _command in (render, plates, preview, explain, models, train, evaluate, accuracy):
     pavemark.add_command(_command)
 
 

@@ -9,6 +9,9 @@ import numpy as np
 
 from pavemark.evaluate.tally import Tally
 
+MOST = 1000
+"""Rows of a curve that is drawn or written."""
+
 
 @attrs.frozen
 class Rates:
@@ -74,6 +77,13 @@ def curve(tally: Tally) -> Curve:
     return Curve(tally.confidence[order][ends], hits / (ends + 1), recall, 2 * hits / (ends + 1 + truths))
 
 
+def thinned(whole: Curve) -> Curve:
+    """A curve of at most `MOST` rows: evenly spread ones, the first and the last among them."""
+    count = len(whole.confidence)
+    rows = np.unique(np.linspace(0, count - 1, min(MOST, count)).round().astype(int))
+    return Curve(*(values[rows] for values in (whole.confidence, whole.precision, whole.recall, whole.f1)))
+
+
 def steps(tally: Tally) -> tuple[np.ndarray, np.ndarray]:
     """Positions of what was found, the most confident first, and where in them each run of equals ends."""
     order = np.argsort(-tally.confidence, kind="stable")
@@ -102,17 +112,12 @@ def area(hits: np.ndarray, found: np.ndarray, truths: int) -> float:
 
 
 def best_threshold(tally: Tally) -> float:
-    """The confidence at which F1 is best, of equals the greatest. To be chosen on images that nothing is judged by.
+    """The confidence at which F1 is best, of equals the greatest; 1 where nothing was found.
 
-    Raises
-    ------
-    ValueError
-        When nothing that was found is there: all thresholds are as bad.
+    To be chosen on images that nothing is judged by.
     """
     along = curve(tally)
-    if not tally.hit.any():
-        raise ValueError("nothing that was found is there: no confidence is better than another")
-    return float(along.confidence[along.f1.argmax()])
+    return float(along.confidence[along.f1.argmax()]) if len(along.f1) else 1.0
 
 
 def share(part: int, whole: int) -> float:

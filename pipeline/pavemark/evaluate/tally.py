@@ -42,6 +42,10 @@ class Tally:
         return found - hits, self.truths - hits
 
 
+POINTS, SLOTS = "points", "slots"
+"""What can be found."""
+
+
 @attrs.frozen(eq=False)
 class Judged:
     """What a detector found in a set of images, matched with what is there.
@@ -62,6 +66,11 @@ class Judged:
     points: Tally
     slots: Tally | None
 
+    @property
+    def kinds(self) -> dict[str, Tally]:
+        """The tallies by what was to be found; slots, where they are labelled, first."""
+        return {POINTS: self.points} if self.slots is None else {SLOTS: self.slots, POINTS: self.points}
+
     def by(self, group: str) -> dict[str, Judged]:
         """What was found in the images of each place, side …, by its name; "" holds those of which it is not known."""
         members: dict[str, list[int]] = {}
@@ -80,6 +89,6 @@ class Judged:
     def clusters(self, group: str | None = None) -> list[tuple[bool, str]]:
         """For each image what it is drawn with: all those of its group, or it alone where that is not known."""
         return [
-            (True, groups[group]) if group in groups else (False, name)
+            (True, groups[group]) if groups.get(group) else (False, name)
             for name, groups in zip(self.names, self.groups, strict=True)
         ]
