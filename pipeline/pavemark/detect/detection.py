@@ -57,3 +57,6 @@ class Detector(Protocol):
 
     def detect(self, image: np.ndarray, frame: Frame) -> Detection:
         """Find points and slots in an image (H, W, 3) uint8, display sRGB."""
+
+    def embedding(self, image: np.ndarray, frame: Frame) -> np.ndarray:
+        """What the image looks like to the detector: (E,) float64. Near-duplicates lie close to each other."""

@@ -31,8 +31,8 @@ class Example:
     slots : ndarray (M, 2) int64, or None
         Positions in `points` of p1 and p2 of each slot; None where the labels are points alone.
     groups : dict of str to str
-        What images are sorted by: "plate" (the real image it was painted on), "domain", "place", "scene", "side".
-        What is not known is not there.
+        What images are sorted by: "plate" (the real image it was painted on), "domain" (effects that not every
+        image has), "kind" (of its slots), "place", "scene", "side". What is not known is not there.
     """
 
     name: str

@@ -1,0 +1,246 @@
+"""Labelled images from datasets: those that Pavemark has made, selections of them, and lists of real ones."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterator
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import numpy as np
+
+from pavemark.background.reading import read_image
+from pavemark.detect.example import Example
+from pavemark.errors import InputError
+from pavemark.ground import Frame
+from pavemark.records import read_json
+
+SELECTION = "selection.json"
+"""The record of a selection; its `dataset` is the folder, from here, in which the kept images lie."""
+
+MANIFEST = "manifest.jsonl"
+LISTED = "labels.jsonl"
+
+OPTIONAL = ("curvature", "relief", "shadows", "wet", "glare", "brightness", "noise")
+"""Effects that tell the domain of an image; the others are in every image, or in the plate."""
+
+
+def examples(dataset: Path, height: float | None = None) -> Iterator[Example]:
+    """The labelled images of a dataset, one after the other, in its own order.
+
+    Parameters
+    ----------
+    dataset : Path
+        A folder with `job.json` and `manifest.jsonl`, as `pavemark render` leaves it, with DMPR labels; a folder that
+        `pavemark select` wrote; or a folder with `labels.jsonl`, a line an image: `image` (path from the folder), `w`,
+        `h`, `points` ([[u, v], …], pixels, continuous), and any of `scale` (pixels per metre), `place`, `scene` and
+        `side`.
+    height : float or None
+        Metres that the height of a picture spans, for lines of a `labels.jsonl` without `scale`.
+
+    Yields
+    ------
+    Example
+        `name` is the path of its image in the dataset without suffix. No picture is opened, and no more than one line
+        is held.
+
+    Raises
+    ------
+    InputError
+        When it is no dataset, has no image, lacks labels, or a line of it is not what it should be.
+    """
+    dataset = Path(dataset)
+    if not dataset.is_dir():
+        raise InputError(dataset, "is no folder: a dataset is allowed")
+    if (dataset / SELECTION).exists():
+        found = _selected(dataset)
+    elif (dataset / "job.json").exists():
+        found = _made(dataset, dataset / MANIFEST)
+    elif (dataset / LISTED).exists():
+        found = _listed(dataset, height)
+    else:
+        raise InputError(
+            dataset,
+            f"has no job.json, {SELECTION} or {LISTED}: a folder that pavemark render or select wrote is allowed",
+        )
+    empty = True
+    for example in found:
+        empty = False
+        yield example
+    if empty:
+        raise InputError(dataset, "holds no image: at least one is needed")
+
+
+def count(dataset: Path) -> int:
+    """How many images a dataset has, from its list alone.
+
+    Raises
+    ------
+    InputError
+        When it has no list.
+    """
+    path = Path(dataset) / MANIFEST
+    if not path.exists():
+        path = Path(dataset) / LISTED
+    return sum(1 for _ in _lines(path))
+
+
+def picture(example: Example) -> np.ndarray:
+    """The picture of a labelled image.
+
+    Returns
+    -------
+    ndarray (H, W, 3) uint8
+        RGB, display.
+
+    Raises
+    ------
+    InputError
+        When it cannot be read, or has another size than its labels say.
+    """
+    pixels = read_image(example.image)
+    if pixels.shape[:2] != (example.frame.height, example.frame.width):
+        raise InputError(
+            example.image,
+            f"is {pixels.shape[1]}×{pixels.shape[0]} px: {example.frame.width}×{example.frame.height}, "
+            "as its labels say, is allowed",
+        )
+    return pixels
+
+
+def _selected(dataset: Path) -> Iterator[Example]:
+    record = dataset / SELECTION
+    told = read_json(record)
+    folder = told.get("dataset") if isinstance(told, dict) else None
+    if not isinstance(folder, str):
+        raise InputError(record, f"dataset = {folder!r}: the folder of the dataset, from here, is allowed")
+    return _made(Path(os.path.normpath(dataset / folder)), dataset / MANIFEST)
+
+
+def _made(folder: Path, manifest: Path) -> Iterator[Example]:
+    record = folder / "job.json"
+    told = read_json(record)
+    if not isinstance(told, dict):
+        raise InputError(record, "is not the record of a job")
+    formats = told.get("formats", [])
+    if "dmpr" not in formats:
+        raise InputError(record, f'formats = {formats}: "dmpr" among them is needed, for marking points and slots')
+    for number, line in _lines(manifest):
+        name = _image_of(line, manifest, number)
+        stem = PurePosixPath(name).stem
+        points, directions, l_shaped, slots = _dmpr(folder / "labels" / "dmpr" / f"{stem}.json")
+        frame, groups = _scene(folder / "scenes" / f"{stem}.json")
+        yield Example(
+            name=str(PurePosixPath(name).with_suffix("")),
+            image=folder / name,
+            frame=frame,
+            points=points,
+            directions=directions,
+            l_shaped=l_shaped,
+            slots=slots,
+            groups={"plate": str(line.get("input", "")), **groups},
+        )
+
+
+def _image_of(line: dict[str, Any], manifest: Path, number: int) -> str:
+    names = [name for name in line.get("files", ()) if isinstance(name, str) and name.startswith("images/")]
+    if len(names) != 1:
+        raise InputError(f"{manifest}:{number}", "files: exactly one image among them is allowed")
+    return names[0]
+
+
+def _scene(path: Path) -> tuple[Frame, dict[str, str]]:
+    scene = read_json(path)
+    try:
+        # A scene leaves out what has its default.
+        frame = Frame(**scene["plate"].get("frame", {}))
+        kinds = {slot["kind"] for slot in scene.get("slots", ())}
+        shown = [name for name in OPTIONAL if scene.get(name) is not None]
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        fault = f"{type(error).__name__}: {error}"
+        raise InputError(path, f"is no scene as pavemark render writes it: {fault}") from None
+    return frame, {"domain": "+".join(shown) or "base", "kind": "+".join(sorted(kinds)) or "none"}
+
+
+def _dmpr(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Points, directions, L or not, and slots; DMPR counts pixels from the centre of the first, which is 1."""
+    told = read_json(path)
+    try:
+        marks = np.array(told["marks"], np.float64).reshape(-1, 5)
+        slots = np.array(told["slots"], np.float64).reshape(-1, 4)[:, :2]
+    except (KeyError, TypeError, ValueError):
+        raise InputError(
+            path, "marks and slots: lists of [x, y, x_dir, y_dir, shape] and [i, j, type, angle]"
+        ) from None
+    arms = marks[:, 2:4] - marks[:, :2]
+    lengths = np.linalg.norm(arms, axis=1)
+    if not (np.isfinite(marks).all() and lengths.all()):
+        raise InputError(path, "marks: finite numbers, with a direction, are allowed")
+    if slots.size and not (np.isin(slots, np.arange(1, len(marks) + 1)).all() and (slots[:, 0] != slots[:, 1]).all()):
+        raise InputError(path, f"slots: pairs of two different marks, 1 to {len(marks)}, are allowed")
+    return marks[:, :2] - 0.5, arms / lengths[:, None], marks[:, 4] == 1, slots.astype(np.int64) - 1
+
+
+def _listed(dataset: Path, height: float | None) -> Iterator[Example]:
+    path = dataset / LISTED
+    for number, line in _lines(path):
+        where = f"{path}:{number}"
+        name, width, tall = (_field(line, field, where) for field in ("image", "w", "h"))
+        scale = line.get("scale")
+        if scale is None:
+            if height is None:
+                raise InputError(where, "has no scale: pixels per metre there, or the height of the pictures in metres")
+            scale = tall / height
+        elif not isinstance(scale, (int, float)):
+            raise InputError(where, f"scale = {scale!r}: pixels per metre are allowed")
+        try:
+            frame = Frame(width, tall, scale)
+            points = np.array(_field(line, "points", where), np.float64).reshape(-1, 2)
+        except (TypeError, ValueError) as error:
+            raise InputError(where, f"{error}") from None
+        if not all(map(math.isfinite, points.ravel())):
+            raise InputError(where, "points: finite numbers are allowed")
+        outside = ~((points >= 0) & (points <= (width, tall))).all(1)
+        if outside.any():
+            u, v = points[outside][0]
+            raise InputError(where, f"points: ({u:g}, {v:g}): within the picture of {width}×{tall} is allowed")
+        yield Example(
+            name=str(PurePosixPath(name).with_suffix("")),
+            image=dataset / name,
+            frame=frame,
+            points=points,
+            directions=None,
+            l_shaped=None,
+            slots=None,
+            groups={group: str(line[group]) for group in ("place", "scene", "side") if group in line},
+        )
+
+
+def _field(line: dict[str, Any], field: str, where: str) -> Any:
+    kinds = {"image": str, "w": int, "h": int, "points": list}
+    value = line.get(field)
+    if not isinstance(value, kinds[field]) or isinstance(value, bool):
+        raise InputError(where, f"{field} = {value!r}: {kinds[field].__name__} is allowed")
+    return value
+
+
+def _lines(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
+    """Lines of a file of JSON records, with their numbers from 1."""
+    try:
+        with path.open(encoding="utf-8") as file:
+            for number, text in enumerate(file, 1):
+                if not text.strip():
+                    continue
+                try:
+                    line = json.loads(text)
+                except ValueError:
+                    line = None
+                if not isinstance(line, dict):
+                    raise InputError(f"{path}:{number}", "is no JSON record: a line an image is allowed")
+                yield number, line
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InputError(path, "is not UTF-8: a line of JSON an image is allowed") from None
