@@ -6,9 +6,11 @@ from pathlib import Path
 
 import click
 
-from pavemark.cli.words import Folder, Part, cores, faults_kept, led
+from pavemark.cli.words import Folder, Part, faults_kept, led
+from pavemark.detect.learned import opened
 from pavemark.job.journal import Shard
 from pavemark.job.progress import shown
+from pavemark.system import cores
 
 SOME_LACK = 1
 
@@ -40,14 +42,12 @@ def score(
     pavemark train detector.
     """
     # Blender's Python, which renders through this command line, has no pyarrow.
-    from pavemark.detect import learned  # noqa: PLC0415
     from pavemark.select import scoring  # noqa: PLC0415
 
     progress = shown(quiet, every=every)
     with faults_kept(out):
-        came = scoring.score(
-            dataset, lambda: learned.opened(model), out, progress, workers, (shard.part, shard.parts), height
-        )
+        part = shard.part, shard.parts
+        came = scoring.score(dataset, lambda: opened(model), out, progress, workers, part, height)
     whose = f"part {shard.part}/{shard.parts}: " if shard.parts > 1 else ""
     lack = f"; {came.lacking} cannot be scored" if came.lacking else ""
     progress.end(f"{whose}{came.images - came.lacking} of {came.images} images scored in {out}, {came.made} now{lack}")
