@@ -38,7 +38,7 @@ _STYLE = """
 .row { display: flex; flex-wrap: wrap; gap: 14px; align-items: flex-end; margin: 0.4em 0 1.4em; }
 .row figure { margin: 0; width: 172px; font-size: 12px; line-height: 1.35; overflow-wrap: anywhere; }
 .row img { max-height: 200px; max-width: 172px; display: block; margin-bottom: 4px; }
-.lacking { height: 172px; background: #f2f2f2; color: #777; text-align: center; line-height: 172px; margin-bottom: 4px; }
+.lacking { height: 172px; background: #f2f2f2; color: #777; text-align: center; line-height: 172px; }
 h2 { margin-top: 1.8em; } h3 { margin: 1em 0 0.2em; font-size: 1em; }
 td.number, th.number { text-align: right; }
 .wide { overflow-x: auto; }
