@@ -35,7 +35,7 @@ UNKNOWN = "not known"
 _POINT = (0, 90, 255)
 
 _STYLE = """
-.row { display: flex; flex-wrap: wrap; gap: 14px; align-items: flex-end; margin: 0.4em 0 1.4em; }
+.row { display: flex; flex-wrap: wrap; gap: 14px; align-items: flex-start; margin: 0.4em 0 1.4em; }
 .row figure { margin: 0; width: 172px; font-size: 12px; line-height: 1.35; overflow-wrap: anywhere; }
 .row img { max-height: 200px; max-width: 172px; display: block; margin-bottom: 4px; }
 .lacking { height: 172px; background: #f2f2f2; color: #777; text-align: center; line-height: 172px; }
@@ -126,7 +126,8 @@ def _tile(each: Candidate, example: Example | None) -> str:
         image = '<div class="lacking">cannot be read</div>' if example is None else _thumbnail(example, words)
     except InputError:
         image = '<div class="lacking">cannot be read</div>'
-    about = "<br>".join(escape(word) for word in (each.domain, each.plate) if word)
+    # A domain is a sum of effects, and may be wider than its picture.
+    about = "<br>".join(escape(word).replace("+", "+<wbr>") for word in (each.domain, each.plate) if word)
     return f"<figure>{image}<figcaption>{words}<br>loss {each.loss:.4g}<br>{about}</figcaption></figure>"
 
 
