@@ -125,9 +125,7 @@ def test_coverage_is_even_over_strata_of_unequal_size():
 
 def test_coverage_that_is_cut_short_has_every_quantile_and_domain_and_not_one_plate():
     rng = np.random.default_rng(0)
-    candidates = [
-        Candidate(f"{k:04d}", float(rng.random()), f"p{k % 100}", "ab"[k // 100 % 2]) for k in range(4000)
-    ]
+    candidates = [Candidate(f"{k:04d}", float(rng.random()), f"p{k % 100}", "ab"[k // 100 % 2]) for k in range(4000)]
     rank = {each.name: k for k, each in enumerate(strategies.cfds(candidates))}
     kept = strategies.coverage(candidates)[:16]
     assert sorted((rank[each.name] // 1000, each.domain) for each in kept) == sorted(
@@ -182,7 +180,9 @@ def test_the_hardest_are_dropped(share, left):
     """0.29 · 100 is 28.999999999999996 in binary."""
     candidates = table(np.random.default_rng(5), 100)
     kept = modifiers.without_hardest(candidates, share)
-    assert names(kept) == [each.name for each in candidates if each.name in set(names(easiest_first(candidates)[:left]))]
+    assert names(kept) == [
+        each.name for each in candidates if each.name in set(names(easiest_first(candidates)[:left]))
+    ]
 
 
 @pytest.mark.parametrize("most", [1, 3, 1000])
