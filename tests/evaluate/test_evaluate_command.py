@@ -109,7 +109,7 @@ def test_what_is_written(evaluate, tmp_path):
     out = tmp_path / "out"
     words = ["--model", "good.onnx", "--by", "plate", "--cluster", "plate", "--out", out]
     assert evaluate(*words).code == 0
-    told = json.loads((out / "results.json").read_text(), parse_constant=lambda name: pytest.fail(name))
+    told = json.loads((out / "results.json").read_text(), parse_constant=pytest.fail)
     assert told["models"] == [{"file": "good.onnx", "family": "said", "version": "g" * 64}]
     assert told["intervals"]["drawn_by"] == "plate" and told["tolerance"] == 10 and told["vote"] is None
     slots = told["slots"]
