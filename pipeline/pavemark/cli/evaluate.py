@@ -229,8 +229,7 @@ def _table(heading: str, table: dict[str, dict[str, Result]]) -> Table:
 
 def _write(out: Path, told: dict[str, Any], judged: Judged, tables: dict[str, dict[str, dict[str, Result]]]) -> None:
     # matplotlib takes a second to load, and without --out there is no use for it.
-    from pavemark.accuracy.figure import svg  # noqa: PLC0415
-    from pavemark.evaluate.figure import drawing  # noqa: PLC0415
+    from pavemark.evaluate.figure import figure  # noqa: PLC0415
 
     for kind, table in tables.items():
         groups = {
@@ -244,4 +243,4 @@ def _write(out: Path, told: dict[str, Any], judged: Judged, tables: dict[str, di
     ]
     files.write(out / "results.md", "\n".join([*pages, "![Precision over recall](curve.svg)\n"]))
     kinds = [(kind, judged.kinds[kind], table[ALL][""]) for kind, table in tables.items()]
-    files.write(out / "curve.svg", svg("evaluate", lambda: drawing(kinds)))
+    files.write(out / "curve.svg", figure(kinds))
