@@ -18,6 +18,7 @@ FOUNDATION = {
     "plate",
     "layers",
     "files",
+    "system",
     "errors",
     "assets",
     "calibration",
@@ -26,6 +27,8 @@ FOUNDATION = {
     "colour",
     "cameras",
     "onnx",
+    "page",
+    "chart",
 }
 MIDDLE = {"background", "randomize", "compose", "labels"}
 LEARNING = {"detect", "evaluate", "select"}
@@ -52,6 +55,7 @@ BLENDER_MAY_IMPORT = {
     "layers",
     "geometry",
     "files",
+    "system",
     "errors",
     "records",
     "colour",

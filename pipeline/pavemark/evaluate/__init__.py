@@ -1,0 +1,1 @@
+"""How good a detector is: matching (Eq. 3), precision and recall, their intervals, ensembles."""
