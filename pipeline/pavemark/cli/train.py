@@ -123,7 +123,7 @@ for _network in STEPS:
 )
 @OUT
 @click.option("--steps", type=click.IntRange(1), default=DETECTOR_STEPS, show_default=True, help="Steps of training.")
-@click.option("--batch", type=click.IntRange(1), default=16, show_default=True, help="Images in a step.")
+@click.option("--batch", type=click.IntRange(2), default=16, show_default=True, help="Images in a step.")
 @SEED
 @THREADS
 @click.option(

@@ -14,10 +14,12 @@ import torch
 from torch import nn
 
 from pavemark.files import write
+from pavemark.training.detectors.deepps import DeepPs
+from pavemark.training.detectors.gcn import Gcn
 from pavemark.training.detectors.lessons import Lesson, augmented, canvas, noise
 from pavemark.training.detectors.network import STRIDE, Points
 
-FAMILIES: dict[str, type[Points]] = {"dmpr": Points}
+FAMILIES: dict[str, type[Points]] = {kind.family: kind for kind in (Points, Gcn, DeepPs)}
 
 BATCH = 16
 """Images in a step."""
