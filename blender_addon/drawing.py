@@ -16,7 +16,7 @@ from pavemark.randomize.scene import randomize
 from pavemark.records import structure
 from pavemark.scene import Blend, Scene
 
-from .effects import EFFECTS
+from .effects import EFFECTS, LIGHT
 from .properties.fields import shown
 
 
@@ -102,6 +102,15 @@ def job_tables(target: bpy.types.Scene) -> dict[str, Any]:
     kept = {name: _differing(told[name], default.get(name, {})) for name in told}
     structure(Domains, merge(default, kept), "panel")
     return {name: table for name, table in kept.items() if table}
+
+
+def light_tables(target: bpy.types.Scene) -> dict[str, Any]:
+    """All ranges of the effects of light that such a job draws, and of the sun where one of them asks for it."""
+    domains = structure(Domains, tables(target), "panel")
+    names = [name for name in LIGHT if getattr(domains, name).rate]
+    if any("sun" in attrs.fields_dict(EFFECTS[name]) for name in names):
+        names.insert(0, "sun")
+    return {name: attrs.asdict(getattr(domains, name)) for name in names}
 
 
 def _differing(told: dict[str, Any], default: dict[str, Any]) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pavemark import light
 from pavemark.records import optional_records
 from pavemark.scene import Paint, Scene
 
@@ -20,6 +21,9 @@ TEXTURE = tuple(name for name in PAINT if name not in WITH_SLOTS)
 
 OTHERS = tuple(name for name in WHOLE if name not in WITH_SLOTS)
 """Those that stand under Effects."""
+
+LIGHT = tuple(name for name, record in EFFECTS.items() if record.__module__ == light.__name__)
+"""Those that need light."""
 
 LABELLED = ("slot", "original", "symbol")
 """Kinds of markings whose paint the panel sets; a former coat keeps its own."""

@@ -1,6 +1,7 @@
 """A group of properties made from a record: bounds, words and descriptions are the record's own."""
 
 import functools
+import inspect
 import math
 import re
 import typing
@@ -109,9 +110,10 @@ def description(record: type, field: str) -> str:
 
 @functools.cache
 def _descriptions(record: type) -> dict[str, str]:
-    summary, _, rest = (record.__doc__ or record.__name__).partition("\n")
+    # Since 3.13 Python itself takes the indentation away.
+    summary, _, rest = inspect.cleandoc(record.__doc__ or record.__name__).partition("\n")
     found = {"": summary}
     # numpydoc: names and their type in a line, what they are indented below it.
-    for names, text in re.findall(r"^    (\w[\w, ]*) : .*\n((?:        .*\n?)+)", rest, re.MULTILINE):
+    for names, text in re.findall(r"^(\w[\w, ]*) : .*\n((?:    .*\n?)+)", rest, re.MULTILINE):
         found |= dict.fromkeys(re.split(r", *", names), text)
     return {name: " ".join(text.replace("`", "").split()).removesuffix(".") for name, text in found.items()}
