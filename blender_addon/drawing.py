@@ -17,7 +17,7 @@ from pavemark.records import structure
 from pavemark.scene import Blend, Scene
 
 from .effects import EFFECTS, LIGHT
-from .properties.fields import shown
+from .properties import fields
 
 
 def tables(target: bpy.types.Scene) -> dict[str, Any]:
@@ -34,7 +34,7 @@ def tables(target: bpy.types.Scene) -> dict[str, Any]:
 
 def values(group: bpy.types.PropertyGroup, record: type) -> dict[str, Any]:
     """What a group shows of a record."""
-    return {name: getattr(group, name) for name in shown(record)}
+    return {name: fields.value(group, record, name) for name in fields.shown(record)}
 
 
 def drawn(target: bpy.types.Scene, plate: Plate, besides: dict[str, Any] | None = None) -> Scene:

@@ -27,3 +27,9 @@ LIGHT = tuple(name for name, record in EFFECTS.items() if record.__module__ == l
 
 LABELLED = ("slot", "original", "symbol")
 """Kinds of markings whose paint the panel sets; a former coat keeps its own."""
+
+
+def suns(scene: Scene) -> dict[str, light.Sun]:
+    """The sun of each effect of the whole image that has one: it is one and the same."""
+    found = {name: getattr(getattr(scene, name), "sun", None) for name in WHOLE}
+    return {name: sun for name, sun in found.items() if sun is not None}
