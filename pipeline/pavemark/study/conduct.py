@@ -123,9 +123,9 @@ def _trial(study: Study, row: Row, seed: int, data: Data) -> Trial:
 def _train(wanted: Sequence[Trial], folder: Path, workers: int, tell: Tell) -> None:
     """Train what lacks, several at a time."""
     lacking = {}
-    for trial, run in ((trial, run) for trial in wanted for run in trial.runs):
+    for one, run in ((one, run) for one in wanted for run in one.runs):
         if not runs.model(run, folder).exists():
-            lacking.setdefault(run.key(), (trial, run))
+            lacking.setdefault(run.key(), (one, run))
     if not lacking:
         return
     # Two that start from one run would both train it.
@@ -178,5 +178,3 @@ def by_row(verdicts: Iterable[Verdict]) -> list[tuple[str, list[Verdict]]]:
     for verdict in verdicts:
         grouped.setdefault(verdict.name, []).append(verdict)
     return list(grouped.items())
-
-

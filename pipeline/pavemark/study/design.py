@@ -9,7 +9,6 @@ from typing import Any
 import attrs
 
 from pavemark.errors import InputError
-from pavemark.evaluate.ensembles import VOTES
 from pavemark.records import one_of, structure, within
 from pavemark.select.strategies import STRATEGIES
 
@@ -195,3 +194,20 @@ def read(path: Path, real: Path | None = None) -> Study:
         raise InputError(path, f"not a TOML file: {error}") from None
     folder = real.absolute() if real is not None else path.parent / str(told.get("real", ""))
     return structure(Study, told | {"real": str(folder)}, path)
+
+
+def only(study: Study, names: tuple[str, ...]) -> Study:
+    """A study of some of its rows alone, and of the one that judges; of all of them where none is named.
+
+    Raises
+    ------
+    InputError
+        When there is no row of a name.
+    """
+    if not names:
+        return study
+    there = [row.name for row in study.rows]
+    for name in names:
+        if name not in there:
+            raise InputError("--only", f"{name!r}: allowed {', '.join(there)}")
+    return attrs.evolve(study, rows=tuple(row for row in study.rows if row.name in {*names, study.judge}))

@@ -91,4 +91,3 @@ def _embeddings(ordered: Sequence[Candidate], pools: Sequence[str], scores: Mapp
         names = [each.name.removeprefix(f"{pool}/") for each in ordered if each.name.startswith(f"{pool}/")]
         rows |= {f"{pool}/{name}": seen for name, seen in zip(names, scores[pool].embeddings(names), strict=True)}
     return np.array([rows[each.name] for each in ordered])
-

@@ -114,7 +114,9 @@ def train(run: Run, folder: Path) -> Path:
         state=path.with_suffix(".state"),
     )
     files.write(weights, dumped(network))
-    to_onnx(network, path, run.scale, "pavemark study", "none: it is trained on images that are not ours", "see the study")
+    to_onnx(
+        network, path, run.scale, "pavemark study", "none: it is trained on images that are not ours", "see the study"
+    )
     return path
 
 

@@ -25,7 +25,17 @@ def tables(verdicts: Iterable[Verdict]) -> str:
 def _table(rows: dict[str, list[Verdict]]) -> str:
     first = next(iter(rows.values()))[0]
     places = list(first.figures["places"])
-    lines = [["trained on", "real", "synthetic", "seeds", *FIGURES.values(), *(f"F1 {place}" for place in places), "paper P / R"]]
+    lines = [
+        [
+            "trained on",
+            "real",
+            "synthetic",
+            "seeds",
+            *FIGURES.values(),
+            *(f"F1 {place}" for place in places),
+            "paper P / R",
+        ]
+    ]
     lines.append(["---"] * len(lines[0]))
     for name, verdicts in rows.items():
         counts = [str(verdicts[0].real), str(verdicts[0].synthetic), str(len(verdicts))]
