@@ -26,6 +26,8 @@ FOUNDATION = {
     "colour",
     "cameras",
     "onnx",
+    "page",
+    "chart",
 }
 MIDDLE = {"background", "randomize", "compose", "labels"}
 LEARNING = {"detect", "evaluate", "select"}

@@ -13,13 +13,13 @@ from pavemark import __version__
 from pavemark.accuracy import marked
 from pavemark.accuracy.apart import Apart
 from pavemark.accuracy.edges import started
-from pavemark.accuracy.figure import COLOURS, svg
 from pavemark.accuracy.machine import machine
 from pavemark.accuracy.race import Contender, Run, race
 from pavemark.accuracy.report import Report
 from pavemark.accuracy.table import as_csv, markdown
 from pavemark.accuracy.watcher import Watcher
 from pavemark.accuracy.work_precision import duration
+from pavemark.chart import COLOURS, svg
 from pavemark.compose.image import compose
 from pavemark.costs import Costs
 from pavemark.errors import InputError

@@ -2,43 +2,26 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import attrs
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from pavemark.accuracy.work_precision import Point, duration, families, problems
+from pavemark.chart import COLOURS, svg
 
 Styles = dict[str, tuple[str, str]]
 
 LEAST = 1e-15
 """What an error of nought is drawn at: nothing in float64 is nearer to a number of size 1."""
 
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#7a5195", "#8c6d1f", "#56b4e9", "#555555", "#b00020", "#e69f00")
-"""Told apart by people who see colours differently (Okabe and Ito, 2008), and some more; markers differ as well."""
-
 MARKERS = "osD^vP<>Xh"
-
-STYLE = {
-    "font.size": 9,
-    "axes.titlesize": 10,
-    "axes.grid": True,
-    "grid.color": "#dddddd",
-    "grid.linewidth": 0.6,
-    "axes.axisbelow": True,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "svg.fonttype": "none",  # text stays text: it can be read, searched and copied
-}
 
 PANEL = (5.6, 4.0)
 """Inches of a panel, its legend left out."""
@@ -91,17 +74,6 @@ def figure(name: str, made: Sequence[Point], axis: Axis, across: int) -> str:
         SVG without a date; the same points give the same bytes.
     """
     return svg(name, lambda: _drawn(made, axis, across))
-
-
-def svg(name: str, draw: Callable[[], Figure]) -> str:
-    """A drawing in the report's style as SVG without a date; the ids within follow from the name."""
-    with mpl.rc_context():
-        mpl.rcdefaults()  # what a user has set for figures of their own is not for ours
-        mpl.rcParams.update(STYLE | {"svg.hashsalt": name})
-        text = io.StringIO()
-        undated = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-        FigureCanvasSVG(draw()).print_figure(text, format="svg", metadata=undated, bbox_inches="tight")
-    return text.getvalue()
 
 
 def _drawn(made: Sequence[Point], axis: Axis, across: int) -> Figure:

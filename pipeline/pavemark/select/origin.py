@@ -1,0 +1,73 @@
+"""What a dataset is, and what an image of it was when it was scored: hashes that no folder's name goes into."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+
+from pavemark.detect.example import Example
+from pavemark.detect.reading import LISTED, SELECTION
+from pavemark.errors import InputError
+from pavemark.records import read_json
+
+_GROWS = {"count", "images", "masks", "plates"}
+"""What may differ in the record of one job: how many images it has, and where its inputs lie."""
+
+
+def dataset_hash(dataset: Path) -> str:
+    """What a dataset is: the job that made it, or the first line of a list. A selection is of its dataset.
+
+    Raises
+    ------
+    InputError
+        When it has no such file.
+    """
+    folder = source(dataset)
+    if (folder / "job.json").exists():
+        told = read_json(folder / "job.json")
+        if not isinstance(told, dict):
+            raise InputError(folder / "job.json", "is not the record of a job")
+        return _hash(json.dumps({name: told[name] for name in told if name not in _GROWS}, sort_keys=True).encode())
+    return _hash(_read(folder / LISTED).split(b"\n", 1)[0].strip())
+
+
+def selection_hash(dataset: Path) -> str:
+    """Which images of its dataset a selection has; empty for a dataset."""
+    path = dataset / SELECTION
+    return _hash(_read(path)) if path.exists() else ""
+
+
+def source(dataset: Path) -> Path:
+    """The folder of the dataset that a selection was made from; that of any other dataset is its own."""
+    if not (dataset / SELECTION).exists():
+        return dataset
+    told = read_json(dataset / SELECTION)
+    folder = told.get("dataset") if isinstance(told, dict) else None
+    if not isinstance(folder, str):
+        raise InputError(dataset / SELECTION, f"dataset = {folder!r}: the folder of the dataset, from here, is allowed")
+    return Path(os.path.normpath(dataset / folder))
+
+
+def mark(example: Example) -> bytes:
+    """Of the labels that an image is scored against, and of the size of its file: 16 bytes."""
+    told = hashlib.sha256(f"{example.name}\n{example.frame}\n".encode())
+    told.update(np.ascontiguousarray(example.points, "<f8").tobytes())
+    with contextlib.suppress(OSError):  # what cannot be read is told when it is scored
+        told.update(str(example.image.stat().st_size).encode())
+    return told.digest()[:16]
+
+
+def _hash(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}") from None

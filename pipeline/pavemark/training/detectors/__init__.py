@@ -1,0 +1,1 @@
+"""Detectors of marking points and slots, trained on labelled images."""

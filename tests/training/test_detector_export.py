@@ -1,0 +1,63 @@
+"""What is written as ONNX finds what the network found, at any size, and says what it is."""
+
+import io
+
+import numpy as np
+import onnx
+import pytest
+
+torch = pytest.importorskip("torch", reason="torch is not installed: pip install 'pavemark[train]'")
+
+import onnxruntime  # noqa: E402
+
+from pavemark.training.detectors.export import exported  # noqa: E402
+from pavemark.training.detectors.training import FAMILIES, fresh  # noqa: E402
+
+
+@pytest.fixture(scope="module", params=FAMILIES)
+def network(request):
+    """A network whose normalisation is not that of the first step, and which finds points everywhere."""
+    network = fresh(request.param, 3)
+    generator = torch.Generator().manual_seed(4)
+    with torch.no_grad():
+        for name, value in network.named_buffers():
+            if name.endswith(("running_mean", "running_var")):
+                value.add_(torch.rand(value.shape, generator=generator) * 0.2)
+        network.head.weight.mul_(4)
+        network.head.bias.zero_()
+    return network.eval()
+
+
+@pytest.mark.parametrize("size", [(96, 304), (16, 16), (64, 208)])
+def test_the_file_gives_what_was_learnt(network, size):
+    session = onnxruntime.InferenceSession(exported(network, 25.0, "a test"), providers=["CPUExecutionProvider"])
+    image = np.random.default_rng(1).random((2, 3, *size), np.float32)
+    found = session.run(None, {"image": image})
+    with torch.no_grad():
+        wanted = network.outputs(torch.from_numpy(image))
+    assert [output.name for output in session.get_outputs()] == list(wanted)
+    for one, (name, other) in zip(found, wanted.items(), strict=True):
+        # Folding the normalisation into the weights rounds them anew.
+        assert one.shape == tuple(other.shape), name
+        assert np.abs(one - other.numpy()).max() < 1e-4, name
+    grid = found[0]
+    assert grid.shape == (2, 6, size[0] // 16, size[1] // 16)
+    assert grid[:, [0, 1, 2, 5]].min() >= 0 and grid[:, [0, 1, 2, 5]].max() <= 1
+    np.testing.assert_allclose(np.hypot(grid[:, 3], grid[:, 4]), 1, atol=1e-5)
+
+
+def test_the_file_says_what_it_is(network):
+    model = onnx.load(io.BytesIO(exported(network, 25.0, "pavemark train detector", "a data set", "CC0-1.0")))
+    assert {prop.key: prop.value for prop in model.metadata_props} == {
+        "pavemark": "detector 1",
+        "family": network.family,
+        "pixels_per_metre": "25",
+        "stride": "16",
+        "made": "pavemark train detector",
+        "licence": "CC0-1.0",
+        "trained_on": "a data set",
+    }
+
+
+def test_the_same_network_gives_the_same_file(network):
+    assert exported(network, 25.0, "a test") == exported(network, 25.0, "a test")
