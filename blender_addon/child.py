@@ -18,6 +18,7 @@ import attrs
 import bpy
 
 import pavemark
+from pavemark import system
 from pavemark.errors import one_line
 
 _PROGRESS = re.compile(r"(\d+)/(\d+)  ([\d.]+) \w+/s  (\S+) left(?:  (\d+) lacking)?")
@@ -87,8 +88,14 @@ class Child:
             text=True,
             encoding="utf-8",
             errors="replace",
-            env={**os.environ, "PYTHONPATH": packages, "PYTHONUNBUFFERED": "1", **(environment or {})},
-            start_new_session=True,
+            env={
+                **os.environ,
+                "PYTHONPATH": packages,
+                "PYTHONUNBUFFERED": "1",
+                "PYTHONUTF8": "1",
+                **(environment or {}),
+            },
+            **system.apart(),
         )
         for stream, take in ((self._process.stdout, self._take), (self._process.stderr, self._errors.append)):
             thread = threading.Thread(target=_listen, args=(stream, take), daemon=True)

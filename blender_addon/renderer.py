@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-
 import bpy
 import numpy as np
 
@@ -14,13 +11,11 @@ from pavemark.layers import Layers, read
 from pavemark.plan import Pass, Plan
 from pavemark.plate import Plate
 from pavemark.scene import Scene
+from pavemark.system import MEMORY
 
 from .passes import PASSES
 from .settings import Output, Window, engine
 from .stage import Stage
-
-_MEMORY = Path("/dev/shm") if Path("/dev/shm").is_dir() else Path(tempfile.gettempdir())
-"""Where layers pass from Blender to us: a folder in memory where there is one."""
 
 
 class BlenderRenderer:
@@ -37,7 +32,7 @@ class BlenderRenderer:
     def __init__(self, threads: int = 0, target: bpy.types.Scene | None = None) -> None:
         self.version = f"Blender {bpy.app.version_string}"
         self.threads = threads
-        files.sweep(_MEMORY)
+        files.sweep(MEMORY)
         if target is None:
             # Factory settings as a whole would also forget which extensions are there, and take their packages away.
             bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
@@ -70,7 +65,7 @@ class BlenderRenderer:
         return layer
 
     def _rendered(self, frame: Frame, window: Window, channels: str) -> np.ndarray:
-        path = files.aside(_MEMORY / "pavemark-layers.exr")
+        path = files.aside(MEMORY / "pavemark-layers.exr")
         try:
             Output(frame, window, str(path)).apply(self.target)
             bpy.ops.render.render(write_still=True, scene=self.target.name)

@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import bpy
-import cv2
 import numpy as np
 import OpenImageIO as oiio
 from mathutils import Matrix
@@ -16,6 +15,7 @@ from blender_addon.carpark import car
 from blender_addon.carpark.layout import Block, Parked
 from blender_addon.carpark.pavement import FRAME, Surface
 from blender_addon.versions import exr_layers
+from pavemark import files
 from pavemark.cameras.rig import Fisheye, Mount
 from pavemark.colour import quantise
 from pavemark.errors import InputError
@@ -402,9 +402,9 @@ def _striped(grey: float, below: float) -> bpy.types.Material:
 def _picture(nodes, pixels: np.ndarray, space: str):
     """An image texture of an array (N, N, 3), 0 to 1, its first row at the ground's far edge."""
     with tempfile.TemporaryDirectory() as folder:
-        path = str(Path(folder) / "map.png")
-        cv2.imwrite(path, quantise(pixels * 255)[..., ::-1])
-        image = bpy.data.images.load(path)
+        path = Path(folder) / "map.png"
+        path.write_bytes(files.png(quantise(pixels * 255)))
+        image = bpy.data.images.load(str(path))
         image.colorspace_settings.name = space
         image.pack()
     node = nodes.new("ShaderNodeTexImage")

@@ -1,6 +1,5 @@
 """Operators that open and save scenes of jobs, and write a job of what the panel says."""
 
-import os
 from pathlib import Path
 
 import bpy
@@ -151,7 +150,7 @@ class PAVEMARK_OT_export_job(Filed, bpy.types.Operator):
         backdrop.job(context.scene)
         told = job_tables(context.scene)
         # Folders of a job file are relative to it, so that both can be moved together.
-        told |= {name: Path(os.path.relpath(told[name], path.parent)).as_posix() for name in FOLDERS if name in told}
+        told |= {name: files.relative(told[name], path.parent) for name in FOLDERS if name in told}
         files.write(path, toml(told))
         return f"saved {path}"
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from pavemark import system
 from pavemark.errors import InputError
 
 _HOST = socket.gethostname().replace(".", "-")
@@ -46,7 +47,7 @@ def write_parts(path: Path, parts: Iterable[bytes]) -> None:
                 stream.writelines(parts)
                 stream.flush()
                 os.fsync(stream.fileno())
-            part.replace(path)
+            system.replace(part, path)
         except BaseException:
             part.unlink(missing_ok=True)
             raise
@@ -62,7 +63,9 @@ def writable(folder: Path) -> None:
     InputError
         When they cannot.
     """
-    there = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
+    there = next((path for path in (folder.absolute(), *folder.absolute().parents) if path.exists()), None)
+    if there is None:
+        raise InputError(folder, "cannot be written: there is no such drive")
     try:
         # Only to try tells: permissions are not all that can be in the way.
         tempfile.TemporaryDirectory(dir=there).cleanup()
@@ -79,19 +82,20 @@ def aside(path: Path) -> Path:
 def sweep(folder: Path) -> None:
     """Remove from a folder what writers of this host left aside when they were killed."""
     for part in Path(folder).glob(f".*.{_HOST}.*.part"):
-        if not _alive(int(part.name.split(".")[-2])):
+        if not system.alive(int(part.name.split(".")[-2])):
             with contextlib.suppress(PermissionError):  # in a folder for all, another user's
                 part.unlink(missing_ok=True)
 
 
-def _alive(pid: int) -> bool:
+def relative(path: str | Path, start: Path) -> str:
+    """A path as it is to be found from a folder: what a record says, with / on every system.
+
+    On Windows none leads from one drive to another: it is absolute there.
+    """
     try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        pass
-    return True
+        return Path(os.path.relpath(path, start)).as_posix()
+    except ValueError:
+        return Path(path).absolute().as_posix()
 
 
 def png(image: np.ndarray) -> bytes:

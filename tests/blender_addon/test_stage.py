@@ -108,8 +108,8 @@ def test_the_ground_plane_shows_the_plate_and_both_routes_agree(renderer, frame,
 
 def test_layers_of_a_killed_process_are_swept():
     """Layers pass through memory; a process killed while it renders leaves some there, the next removes them."""
-    start = "from blender_addon.renderer import BlenderRenderer, _MEMORY; from pavemark import files; "
-    left = 'print(files.aside(_MEMORY / "pavemark-layers.exr"))'
+    start = "from blender_addon.renderer import BlenderRenderer, MEMORY; from pavemark import files; "
+    left = 'print(files.aside(MEMORY / "pavemark-layers.exr"))'
     where = subprocess.run([sys.executable, "-c", start + left], capture_output=True, text=True, check=True, cwd=ROOT)
     path = Path(where.stdout.splitlines()[-1])
     path.write_bytes(b"half")

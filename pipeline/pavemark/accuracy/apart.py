@@ -8,7 +8,6 @@ import signal
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
-from pathlib import Path
 from typing import Any
 
 import attrs
@@ -16,6 +15,7 @@ import cv2
 
 from pavemark.accuracy.clock import spent
 from pavemark.errors import InputError
+from pavemark.system import peak, uninterrupted
 
 THREADS = 1
 """Threads of OpenCV and of linear algebra, in all their copies, in the process; networks have one as well
@@ -37,8 +37,7 @@ class Answer:
     seconds : float
         Processor time of the call alone, see `pavemark.accuracy.clock`; the mean where it was called more than once.
     peak_mb : float
-        Most memory (resident, 10⁶ bytes) that the process has held so far; nan where the system is
-        not Linux.
+        Most memory (resident, 10⁶ bytes) that the process has held so far; nan on macOS.
     """
 
     value: Any
@@ -123,6 +122,7 @@ class Apart:
 
 
 def _serve(pipe: Connection, function: Callable[..., Any], least: float) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     cv2.setNumThreads(THREADS)
     while True:
         try:
@@ -136,7 +136,7 @@ def _serve(pipe: Connection, function: Callable[..., Any], least: float) -> None
             fault = str(error)
         except Exception as error:  # whatever a method does wrong is its own fault and no one else's
             fault = f"{type(error).__name__}: {error}"
-        pipe.send((fault, value, seconds, _peak()))
+        pipe.send((fault, value, seconds, peak()))
 
 
 def _timed(function: Callable[..., Any], arguments: tuple[Any, ...], least: float) -> tuple[Any, float]:
@@ -160,12 +160,10 @@ def _uninterrupted() -> Iterator[None]:
     """
     came = []
     handler = signal.signal(signal.SIGINT, lambda *_: came.append(True))
-    # The new process inherits what is blocked, but no handler; other threads of this one still hear the signal.
-    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        yield
+        with uninterrupted():
+            yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
         signal.signal(signal.SIGINT, handler)
     if came:
         raise KeyboardInterrupt
@@ -184,12 +182,3 @@ def _environment(more: Mapping[str, str]) -> Iterator[None]:
                 os.environ[name] = before[name]
             else:
                 del os.environ[name]
-
-
-def _peak() -> float:
-    # Of the process as it is since it began to run this program: getrusage counts what its parent held as well.
-    try:
-        status = Path("/proc/self/status").read_text()
-    except OSError:
-        return float("nan")
-    return int(status.partition("VmHWM:")[2].split()[0]) * 1024 / 1e6

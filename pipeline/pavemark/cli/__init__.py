@@ -18,6 +18,7 @@ from pavemark.cli.render import render
 from pavemark.cli.show import explain, preview
 from pavemark.cli.train import train
 from pavemark.errors import InputError, one_line
+from pavemark.system import reader_gone
 
 BAD_INPUT = 2
 
@@ -50,6 +51,8 @@ def main(arguments: Sequence[str] | None = None, worker: Sequence[str] = WORKER)
     worker : sequence of str
         Starts a worker for `render`.
     """
+    # A name that the locale has no letters for, as Windows' where stdout is a file, is no reason to stop.
+    sys.stdout.reconfigure(errors="backslashreplace")
     sys.exit(_run(arguments, worker))
 
 
@@ -62,11 +65,11 @@ def _run(arguments: Sequence[str] | None, worker: Sequence[str]) -> int:
         return _refuse(_said(error))
     except (KeyboardInterrupt, click.Abort):
         return 130
-    except BrokenPipeError:
-        # Whoever read stdout has gone, as `| head` does.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        return 1
     except Exception as error:
+        if isinstance(error, OSError) and reader_gone(error):
+            # Whoever read stdout has gone, as `| head` does.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+            return 1
         where = traceback.extract_tb(error.__traceback__)[-1]
         return _refuse(f"unexpected, {type(error).__name__} at {where.filename}:{where.lineno}: {error}")
 

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import click
 
-from pavemark.cli.words import Folder, cores, faults_kept, led, told
+from pavemark.cli.words import Folder, faults_kept, led, told
 from pavemark.job.config import read_inputs
 from pavemark.job.plates import WORKER, make
 from pavemark.job.progress import shown
 from pavemark.job.run import PATIENCE, RECYCLE, Machine
+from pavemark.system import cores
 
 
 @click.command()

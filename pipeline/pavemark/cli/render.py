@@ -7,11 +7,12 @@ from pathlib import Path
 
 import click
 
-from pavemark.cli.words import Folder, cores, faults_kept, led, told
+from pavemark.cli.words import Folder, faults_kept, led, told
 from pavemark.job.config import read
 from pavemark.job.journal import Shard
 from pavemark.job.progress import shown
 from pavemark.job.run import PATIENCE, RECYCLE, Machine, run
+from pavemark.system import cores
 
 
 class _Shard(click.ParamType):

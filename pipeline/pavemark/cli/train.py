@@ -14,8 +14,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from pavemark import files
 from pavemark.background import cache
-from pavemark.cli.words import cores
 from pavemark.errors import InputError
+from pavemark.system import cores
 from pavemark.training.pool import drawn
 
 VIEWS = {"segmenter": 4000, "inpainter": 1600}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import _thread
 import signal
 import sys
 import threading
@@ -18,6 +18,7 @@ from pavemark.errors import InputError
 from pavemark.job.config import merge, setting
 from pavemark.job.progress import EVERY
 from pavemark.job.run import LOG, log
+from pavemark.system import reader_gone
 
 
 class Folder(click.Path):
@@ -34,6 +35,8 @@ def led(command):
 
     def leash(context: click.Context, option: click.Parameter, value: bool) -> None:
         if value:
+            # A Blender program has a handler of its own, which would keep it from stopping.
+            signal.signal(signal.SIGINT, signal.default_int_handler)
             threading.Thread(target=_until_stdin_ends, daemon=True).start()
 
     command = click.option("--every", type=click.FloatRange(0.0), default=EVERY, help="Seconds a line.", hidden=True)(
@@ -46,13 +49,8 @@ def led(command):
 def _until_stdin_ends() -> None:
     while sys.stdin.read(1):
         pass
-    # To the main thread, which may be waiting: a signal elsewhere would not wake it.
-    signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
-
-
-def cores() -> int:
-    """The processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    # As Ctrl-C would. It wakes nobody; a crew looks for it by itself, see `pavemark.job.crew.HEED`.
+    _thread.interrupt_main()
 
 
 def told(settings: Iterable[str], options: dict[str, Any]) -> dict[str, Any]:
@@ -68,8 +66,10 @@ def faults_kept(out: Path) -> Iterator[None]:
     """Entered for a run: a fault of the program is kept for its developers in the output folder."""
     try:
         yield
-    except (InputError, BrokenPipeError):
+    except InputError:
         raise
     except Exception as error:
+        if isinstance(error, OSError) and reader_gone(error):
+            raise
         log(out, "the run", traceback.format_exc())
         raise InputError(out / LOG, f"an unexpected fault is told there ({type(error).__name__}: {error})") from error

@@ -13,9 +13,10 @@ import threading
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import Any, NamedTuple
 
+from pavemark import system
 from pavemark.errors import InputError
 
 ATTEMPTS = 2
@@ -23,6 +24,9 @@ ATTEMPTS = 2
 
 STILLBORN = 3
 """So many workers in a row that die before they are ready are no accident."""
+
+HEED = 0.2
+"""Seconds between looks for a signal: on Windows none interrupts a wait."""
 
 _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL", "NUMEXPR")}
 
@@ -62,8 +66,8 @@ class Worker:
             stdout=subprocess.PIPE,
             stderr=self._stderr,
             env={**os.environ, **_ONE_THREAD},
-            # Ctrl-C in a terminal goes to the whole group: the run alone decides when a worker ends.
-            process_group=0,
+            # Ctrl-C in a terminal goes to all that run in it: the run alone decides when a worker ends.
+            **system.apart(),
         )
         self.pid = self._process.pid
         self._send(setup)
@@ -77,8 +81,8 @@ class Worker:
         inbox.put((self, None))
 
     def _send(self, message: Any) -> None:
-        # A broken pipe is a death, which the listening thread reports.
-        with contextlib.suppress(BrokenPipeError):
+        # A broken pipe is a death, which the listening thread reports; Windows calls it an invalid argument.
+        with contextlib.suppress(OSError):
             self._process.stdin.write(json.dumps(message).encode() + b"\n")
             self._process.stdin.flush()
 
@@ -91,7 +95,7 @@ class Worker:
     def retire(self) -> None:
         """Let it end by itself."""
         self.retired = True
-        with contextlib.suppress(BrokenPipeError):
+        with contextlib.suppress(OSError):
             self._process.stdin.close()
 
     def end(self) -> bool:
@@ -195,7 +199,7 @@ class Crew:
             busy = any(worker.task for worker in self._workers)
             if self._dropping or (not busy and (self._stopping or not waiting)):
                 return
-            worker, message = self._inbox.get()
+            worker, message = self._heard()
             if worker is None:
                 continue
             if message is None:
@@ -210,6 +214,13 @@ class Crew:
                 if worker.served >= self._recycle:
                     worker.retire()
                 yield Answer(task, message["say"], message)
+
+    def _heard(self) -> tuple[Worker | None, dict[str, Any] | None]:
+        while True:
+            try:
+                return self._inbox.get(timeout=HEED)
+            except Empty:
+                continue
 
     def _give_out(self, waiting: _Waiting) -> None:
         for worker in self._workers:

@@ -179,10 +179,7 @@ def _resolved(job: Job, inputs: Iterable[Entry]) -> dict[str, Any]:
 def relative(inputs: Inputs, names: Iterable[str], out: Path) -> dict[str, str | None]:
     """The folders that a job starts from, as they are to be found from its output folder."""
     folders = {name: getattr(inputs, name) for name in names}
-    return {
-        name: None if folder is None else Path(os.path.relpath(folder, out)).as_posix()
-        for name, folder in folders.items()
-    }
+    return {name: None if folder is None else files.relative(folder, out) for name, folder in folders.items()}
 
 
 def hold_against(there: dict[str, Any], here: dict[str, Any], out: Path, what: str, free: set[str]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import re
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import attrs
+from filelock import FileLock, Timeout
 
 from pavemark.errors import InputError
 
@@ -68,23 +68,28 @@ class Journal:
 
     def __init__(self, out: Path, shard: Shard) -> None:
         self._path = folder(out) / f"{shard.part}-of-{shard.parts}.jsonl"
+        # A file of its own: what is locked on Windows cannot be read, and others read the journal meanwhile.
+        self._lock = FileLock(self._path.with_suffix(".lock"))
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            self._drop_torn_line()
-        except BlockingIOError:
-            os.close(self._file)
+            self._lock.acquire(timeout=0)
+        except Timeout:
             what = "to it" if shard.parts == 1 else f"part {shard.part}/{shard.parts} of it"
             raise InputError(out, f"another run is writing {what}") from None
         except OSError as error:
             raise InputError(out, f"cannot be written: {error.strerror}") from None
+        try:
+            self._file = self._path.open("a+b", buffering=0)  # closed where the journal is left
+            self._drop_torn_line()
+        except OSError as error:
+            self._lock.release()
+            raise InputError(out, f"cannot be written: {error.strerror}") from None
 
     def _drop_torn_line(self) -> None:
-        size = os.fstat(self._file).st_size
-        if size and os.pread(self._file, 1, size - 1) != b"\n":
-            whole = self._path.read_bytes().rfind(b"\n") + 1
-            os.ftruncate(self._file, whole)
+        if self._file.seek(0, os.SEEK_END):
+            self._file.seek(-1, os.SEEK_END)
+            if self._file.read(1) != b"\n":
+                self._file.truncate(self._path.read_bytes().rfind(b"\n") + 1)
 
     def append(self, key: Key, row: dict[str, Any], beside: Any) -> None:
         """Add what is finished; it is on the disk when this returns.
@@ -107,8 +112,8 @@ class Journal:
         data = ("\t".join(columns) + "\n").encode()
         try:
             while data:
-                data = data[os.write(self._file, data) :]
-            os.fsync(self._file)
+                data = data[self._file.write(data) :]
+            os.fsync(self._file.fileno())
         except OSError as error:
             raise InputError(self._path, f"cannot be written: {error.strerror}") from None
 
@@ -116,7 +121,8 @@ class Journal:
         return self
 
     def __exit__(self, *error: object) -> None:
-        os.close(self._file)
+        self._file.close()
+        self._lock.release()
 
 
 def folder(out: Path) -> Path:
@@ -173,6 +179,5 @@ def _journals(out: Path) -> list[Path]:
 @contextmanager
 def merging(out: Path) -> Iterator[None]:
     """One process at a time joins the journals, so that the last one to finish has read all."""
-    with (folder(out) / "merging").open("wb") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with FileLock(folder(out) / "merging"):
         yield

@@ -131,7 +131,12 @@ def _stroke(tile: np.ndarray, start: np.ndarray, end: np.ndarray, colour: tuple[
 
 
 def _mask(path: Path) -> np.ndarray:
-    mask = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    # OpenCV would read the file itself, but on Windows no path that is not of the local code page.
+    try:
+        data = np.frombuffer(path.read_bytes(), np.uint8)
+    except OSError as error:
+        raise InputError(path, f"cannot be read: {error.strerror}") from None
+    mask = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
     if mask is None:
         raise InputError(path, "is not an image")
     return mask

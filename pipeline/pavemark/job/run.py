@@ -87,7 +87,8 @@ def run(job: Job, out: Path, shard: Shard, machine: Machine, progress: Progress)
         run = Run(job, exact, folder, found, kept, progress, plates, len(alone))
         with progress.of(len(missing)):
             run.make(missing, machine)
-        join(folder)
+    # Of a journal that is open, Windows tells only later when it was written.
+    join(folder)
     progress.end(run.summary(shard, len(missing)))
     return run.exit_code
 
@@ -212,5 +213,5 @@ LOG = "errors.log"
 
 def log(out: Path, what: str, trace: str) -> None:
     """Keep what a developer wants to see and a user does not; on a full disk it is lost."""
-    with contextlib.suppress(OSError), (out / LOG).open("a", encoding="utf-8") as stream:
+    with contextlib.suppress(OSError), (out / LOG).open("a", encoding="utf-8", newline="\n") as stream:
         stream.write(f"{what}\n{trace.rstrip()}\n\n")

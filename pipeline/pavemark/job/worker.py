@@ -74,7 +74,7 @@ def attend(learn: Callable[[dict[str, Any]], Craft]) -> None:
     learn : callable
         From what the worker is told first to what it makes. May raise `InputError`.
     """
-    answers = os.fdopen(os.dup(1), "w", buffering=1, encoding="utf-8")
+    answers = os.fdopen(os.dup(1), "w", buffering=1, encoding="utf-8", newline="\n")
     os.dup2(2, 1)
     cv2.setNumThreads(1)
     tasks = _lines()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 from collections.abc import Callable, Iterator
 from multiprocessing import get_context
@@ -11,6 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from pavemark import system
 from pavemark.errors import InputError
 from pavemark.training import views
 from pavemark.training.canvas import SIDE
@@ -55,7 +55,7 @@ def drawn(folder: Path, count: int, seed: int, workers: int, tell: Callable[[int
             # What is not counted is drawn again: the count follows the pixels, and not too often.
             if number % 50 == 49 or number == count - 1:
                 pool.flush()
-                done.write_text(str(number + 1))
+                done.write_text(str(number + 1), encoding="utf-8")
             tell(number + 1)
     except OSError as error:
         raise InputError(folder, f"cannot be written: {error.strerror}") from None
@@ -65,7 +65,7 @@ def drawn(folder: Path, count: int, seed: int, workers: int, tell: Callable[[int
 def _there(path: Path, done: Path) -> int:
     """How many views a file holds; none where it is not whole or nothing tells of it."""
     try:
-        counted = int(done.read_text())
+        counted = int(done.read_text(encoding="utf-8"))
         whole = np.lib.format.open_memmap(path, "r").nbytes < path.stat().st_size
     except (OSError, ValueError):
         return 0
@@ -75,15 +75,15 @@ def _there(path: Path, done: Path) -> int:
 def _room(path: Path, done: Path, shape: tuple[int, ...]) -> np.ndarray:
     """A file with room for all views."""
     done.unlink(missing_ok=True)
-    pool = np.lib.format.open_memmap(path, "w+", np.uint8, shape)
+    np.lib.format.open_memmap(path, "w+", np.uint8, shape)
     # A disk that is full is no error to a file that is mapped: it ends the process.
-    with path.open("r+b") as stream:
-        try:
-            os.posix_fallocate(stream.fileno(), 0, path.stat().st_size)
-        except OSError:
-            path.unlink()
-            raise
-    return pool
+    try:
+        with path.open("r+b") as stream:
+            system.reserve(stream)
+    except OSError:
+        path.unlink()
+        raise
+    return np.lib.format.open_memmap(path, "r+")
 
 
 def _drawn(numbers: range, seed: int, workers: int) -> Iterator[tuple[int, np.ndarray]]:
