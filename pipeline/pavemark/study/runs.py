@@ -89,34 +89,13 @@ def train(run: Run, folder: Path) -> Path:
     start = None if run.start is None else train(run.start, folder).with_suffix(".pt")
     try:
         # torch takes seconds to load, and only who trains has it.
-        from pavemark.training.detectors.export import to_onnx  # noqa: PLC0415
-        from pavemark.training.detectors.lessons import Lesson, at_scale  # noqa: PLC0415
-        from pavemark.training.detectors.training import RATE, dumped, loaded, train_detector  # noqa: PLC0415
+        from pavemark.study.lessons import learnt  # noqa: PLC0415
     except ImportError as error:
         raise InputError("study", f"{error.name} is missing: pip install 'pavemark[train]'") from None
-    lessons = [
-        at_scale(
-            Lesson(picture(example), example.points, example.directions, example.l_shaped, example.slots),
-            example.frame.scale,
-            run.scale,
-        )
-        for example in run.examples
-    ]
-    network = train_detector(
-        run.training.family,
-        [lessons],
-        run.steps,
-        run.seed,
-        batch=run.training.batch,
-        threads=1,
-        rate=RATE if start is None else RATE / 10,
-        start=None if start is None else loaded(start),
-        state=path.with_suffix(".state"),
-    )
-    files.write(weights, dumped(network))
-    to_onnx(
-        network, path, run.scale, "pavemark study", "none: it is trained on images that are not ours", "see the study"
-    )
+    begun = None if start is None else start.read_bytes()
+    exported, kept = learnt(run, begun, path.with_suffix(".state"))
+    files.write(weights, kept)
+    files.write(path, exported)
     return path
 
 
