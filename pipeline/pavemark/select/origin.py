@@ -5,13 +5,12 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
-import os
 from pathlib import Path
 
 import numpy as np
 
 from pavemark.detect.example import Example
-from pavemark.detect.reading import LISTED, SELECTION
+from pavemark.detect.reading import LISTED, SELECTION, source
 from pavemark.errors import InputError
 from pavemark.records import read_json
 
@@ -40,17 +39,6 @@ def selection_hash(dataset: Path) -> str:
     """Which images of its dataset a selection has; empty for a dataset."""
     path = dataset / SELECTION
     return _hash(_read(path)) if path.exists() else ""
-
-
-def source(dataset: Path) -> Path:
-    """The folder of the dataset that a selection was made from; that of any other dataset is its own."""
-    if not (dataset / SELECTION).exists():
-        return dataset
-    told = read_json(dataset / SELECTION)
-    folder = told.get("dataset") if isinstance(told, dict) else None
-    if not isinstance(folder, str):
-        raise InputError(dataset / SELECTION, f"dataset = {folder!r}: the folder of the dataset, from here, is allowed")
-    return Path(os.path.normpath(dataset / folder))
 
 
 def mark(example: Example) -> bytes:

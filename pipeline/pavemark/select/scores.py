@@ -50,6 +50,10 @@ class Scores:
     origin: Origin
     candidates: list[Candidate]
 
+    def losses(self) -> dict[str, float]:
+        """Losses by name."""
+        return {each.name: each.loss for each in self.candidates}
+
     def embeddings(self, names: Iterable[str]) -> np.ndarray:
         """What images look like to the detector that scored them.
 

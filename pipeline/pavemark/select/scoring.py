@@ -188,8 +188,9 @@ class _Judge:
         except InputError as error:
             return error
         detector, frame = self.own.detector, example.frame
-        grid = _checked(detector.grid(picture, frame), (None, None, 3), "grid", example, detector)
-        seen = _checked(detector.embedding(picture, frame), (None,), "embedding", example, detector)
+        grid, seen = detector.look(picture, frame)
+        grid = _checked(grid, (None, None, 3), "grid", example, detector)
+        seen = _checked(seen, (None,), "embedding", example, detector)
         try:
             loss = point_loss(example.points, detector.covered(frame), grid)
         except ValueError as error:  # the grid is what it should be, so it is the labels
