@@ -122,10 +122,8 @@ def _trial(study: Study, row: Row, seed: int, data: Data) -> Trial:
 
 def _train(wanted: Sequence[Trial], folder: Path, workers: int, tell: Tell) -> None:
     """Train what lacks, several at a time."""
-    lacking = {}
-    for one, run in ((one, run) for one in wanted for run in one.runs):
-        if not runs.model(run, folder).exists():
-            lacking.setdefault(run.key(), (one, run))
+    of_each = [(trial, run) for trial in wanted for run in trial.runs]
+    lacking = {run.key(): (trial, run) for trial, run in of_each if not runs.model(run, folder).exists()}
     if not lacking:
         return
     # Two that start from one run would both train it.

@@ -10,7 +10,7 @@ import attrs
 
 from pavemark.errors import InputError
 from pavemark.records import one_of, structure, within
-from pavemark.select.strategies import STRATEGIES
+from pavemark.select.selection import STRATEGIES
 
 ALL = "all"
 """Every image of the pools, as they are."""
@@ -85,8 +85,8 @@ class Row:
         Most images of one plate.
     drop_hardest : float
         Share of the images, of the greatest loss, that are not chosen from.
-    near_duplicates : float
-        Cosine distance of embeddings below which an image is left out. 0 leaves none out.
+    near_duplicates : float or None
+        Cosine distance of embeddings below which an image is left out.
     seeds : tuple of int
     paper : str
         What the paper reports of the like: "precision / recall".
@@ -102,7 +102,7 @@ class Row:
     fine_tune: bool = False
     cap_per_plate: int | None = attrs.field(default=None, validator=attrs.validators.optional(within(1, 10**9)))
     drop_hardest: float = attrs.field(default=0.0, validator=within(0.0, 0.99))
-    near_duplicates: float = attrs.field(default=0.0, validator=within(0.0, 2.0))
+    near_duplicates: float | None = attrs.field(default=None, validator=attrs.validators.optional(within(0.0, 2.0)))
     seeds: tuple[int, ...] = (0,)
     paper: str = ""
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import attrs
 import numpy as np
 
 from pavemark.detect.example import Example
 from pavemark.errors import InputError
-from pavemark.select import modifiers, near_duplicates, strategies
 from pavemark.select.scores import Candidate, Scores
+from pavemark.select.selection import Wanted, chosen
 from pavemark.study.design import ALL, Row
 from pavemark.study.places import share
 
@@ -49,11 +48,24 @@ def synthetic(row: Row, data: Data, seed: int) -> list[Example]:
     examples = {example.name: example for pool in row.pools for example in data.pools[pool]}
     if row.strategy == ALL:
         return list(examples.values())
-    order = _ordered(row, data, seed)
-    names = [each.name for each in itertools.islice(order, row.keep)]
-    if len(names) < row.keep:
-        raise InputError(f"rows: {row.name}", f"keep = {row.keep}: there are {len(names)} to keep")
-    return [examples[name] for name in names]
+    wanted = Wanted(
+        row.strategy,
+        row.keep,
+        seed,
+        drop_hardest=row.drop_hardest,
+        near_duplicates=row.near_duplicates,
+        cap_per_plate=row.cap_per_plate,
+    )
+    found = _candidates(row.pools, data.scores)
+    learner = {each.name: each.loss for each in _candidates(row.pools, data.learner)} if data.learner else None
+
+    def embeddings(names: Sequence[str]) -> np.ndarray:
+        return _embeddings(names, row.pools, data.scores)
+
+    try:
+        return [examples[each.name] for each in chosen(found, wanted, learner, embeddings)]
+    except InputError as error:
+        raise InputError(f"rows: {row.name}", str(error)) from None
 
 
 def real(row: Row, data: Data, seed: int) -> list[Example]:
@@ -61,33 +73,18 @@ def real(row: Row, data: Data, seed: int) -> list[Example]:
     return share(data.real, row.real, seed)
 
 
-def _ordered(row: Row, data: Data, seed: int) -> Iterator[Candidate]:
-    found = [each for pool in row.pools for each in _candidates(pool, data.scores[pool], len(row.pools) > 1)]
-    found = modifiers.without_hardest(found, row.drop_hardest) if row.drop_hardest else found
-    if row.strategy == "learnable":
-        learned = [each for pool in row.pools for each in _candidates(pool, data.learner[pool], False)]
-        ordered = strategies.learnable(found, {each.name: each.loss for each in learned})
-    elif row.strategy in strategies.SEEDED:
-        ordered = strategies.STRATEGIES[row.strategy](found, seed)
-    else:
-        ordered = strategies.STRATEGIES[row.strategy](found)
-    order: Iterator[Candidate] = iter(ordered)
-    if row.near_duplicates:
-        order = near_duplicates.distinct(ordered, _embeddings(ordered, row.pools, data.scores), row.near_duplicates)
-    return modifiers.capped(order, row.cap_per_plate) if row.cap_per_plate else order
-
-
-def _candidates(pool: str, scores: Scores, several: bool) -> list[Candidate]:
-    """The candidates of a pool; where there are several pools each is a domain."""
+def _candidates(pools: Sequence[str], scores: Mapping[str, Scores]) -> list[Candidate]:
+    """The candidates of pools; where there are several each is a domain."""
     return [
-        attrs.evolve(each, name=f"{pool}/{each.name}", domain=pool if several else each.domain)
-        for each in scores.candidates
+        attrs.evolve(each, name=f"{pool}/{each.name}", domain=pool if len(pools) > 1 else each.domain)
+        for pool in pools
+        for each in scores[pool].candidates
     ]
 
 
-def _embeddings(ordered: Sequence[Candidate], pools: Sequence[str], scores: Mapping[str, Scores]) -> np.ndarray:
+def _embeddings(wanted: Sequence[str], pools: Sequence[str], scores: Mapping[str, Scores]) -> np.ndarray:
     rows = {}
     for pool in pools:
-        names = [each.name.removeprefix(f"{pool}/") for each in ordered if each.name.startswith(f"{pool}/")]
+        names = [name.removeprefix(f"{pool}/") for name in wanted if name.startswith(f"{pool}/")]
         rows |= {f"{pool}/{name}": seen for name, seen in zip(names, scores[pool].embeddings(names), strict=True)}
-    return np.array([rows[each.name] for each in ordered])
+    return np.array([rows[name] for name in wanted])

@@ -6,7 +6,7 @@ import hashlib
 import importlib.metadata
 import json
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import attrs
@@ -14,7 +14,6 @@ import numpy as np
 
 from pavemark import files
 from pavemark.detect.example import Example
-from pavemark.detect.reading import picture
 from pavemark.errors import InputError
 from pavemark.study.design import Training
 
@@ -105,7 +104,7 @@ def _content(example: Example) -> list:
     return [_digest(example.image), example.frame.scale, *labels, *shapes]
 
 
-@lru_cache(maxsize=None)
+@cache
 def _digest(image: Path) -> str:
     try:
         return hashlib.sha256(image.read_bytes()).hexdigest()
