@@ -21,5 +21,5 @@ TEXTURE = tuple(name for name in PAINT if name not in WITH_SLOTS)
 OTHERS = tuple(name for name in WHOLE if name not in WITH_SLOTS)
 """Those that stand under Effects."""
 
-LABELLED = ("slot", "original", "symbol")
+LABELLED = ("slot", "original", "aisle", "symbol")
 """Kinds of markings whose paint the panel sets; a former coat keeps its own."""
