@@ -1,5 +1,6 @@
 """What is painted along a row lies where it says, beside the slots and never under a label."""
 
+import itertools
 import math
 
 import attrs
@@ -50,7 +51,7 @@ def test_lines_lie_in_the_aisle_and_not_on_the_slots(number):
     assert floor.intersection(painted).area < 1e-6
     # As seen from the entrance line all of it is on the side away from the slots, no nearer than the first line.
     away = -(np.array(painted.convex_hull.exterior.coords) - of.origin) @ of.normal
-    nearest = min(min(lying.lines), lying.zebra.near, lying.hatch.near)
+    nearest = min(*lying.lines, lying.zebra.near, lying.hatch.near)
     assert away.min() == pytest.approx(nearest, abs=1e-6)
 
 
@@ -98,7 +99,7 @@ def test_a_crossing_has_stripes_as_wide_as_the_ground_between_them():
     only = attrs.evolve(lying, lines=(), hatch=None)
     stripes = [Polygon(area.ring) for area in aisle.marking(only, of, WHITE).areas]
     assert len(stripes) >= 2
-    for one, other in zip(stripes, stripes[1:], strict=False):
+    for one, other in itertools.pairwise(stripes):
         assert one.area == pytest.approx(lying.stripe * (lying.zebra.far - lying.zebra.near))
         assert one.distance(other) == pytest.approx(lying.stripe)
 
