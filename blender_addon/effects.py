@@ -25,7 +25,7 @@ OTHERS = tuple(name for name in WHOLE if name not in WITH_SLOTS)
 LIGHT = tuple(name for name, record in EFFECTS.items() if record.__module__ == light.__name__)
 """Those that need light."""
 
-LABELLED = ("slot", "original", "symbol")
+LABELLED = ("slot", "original", "aisle", "symbol")
 """Kinds of markings whose paint the panel sets; a former coat keeps its own."""
 
 

@@ -269,10 +269,11 @@ class Marking:
     ----------
     kind : str
         "slot" for slot lines, "original" for the image's own markings re-painted, "former" for an older coat
-        that shows below (not a label), "symbol" for arrows, letters and the like.
+        that shows below and "floor" for painted ground (no labels), "aisle" for lines beside a row, crossings and
+        hatching, "symbol" for arrows, letters and the like.
     """
 
-    kind: str = attrs.field(validator=one_of("slot", "original", "former", "symbol"))
+    kind: str = attrs.field(validator=one_of("slot", "original", "former", "floor", "aisle", "symbol"))
     paint: Paint
     strokes: tuple[Stroke, ...] = ()
     areas: tuple[Area, ...] = ()

@@ -8,9 +8,9 @@ import weakref
 import cv2
 import numpy as np
 import pytest
-from detect.datasets import listed, made
 from scored import Fake, Watcher
 
+from detect.datasets import listed, made
 from pavemark.detect import reading
 from pavemark.detect.example import Example
 from pavemark.errors import InputError
