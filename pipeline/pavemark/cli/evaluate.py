@@ -15,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from pavemark import files
-from pavemark.cli.words import Folder
+from pavemark.cli.words import Folder, Number
 from pavemark.detect.example import Example
 from pavemark.detect.learned import opened
 from pavemark.detect.reading import count, examples
@@ -57,21 +57,19 @@ WIDE = 130
     help="The detector; several, each with --model, judge together.",
 )
 @click.option("--vote", type=click.Choice(list(VOTES)), help="What several detectors keep: found by any, all, most.")
-@click.option(
-    "--threshold", type=click.FloatRange(0.0, 1.0), metavar="F", help=f"Confidence of what counts.  [{THRESHOLD}]"
-)
+@click.option("--threshold", type=Number(0.0, 1.0), metavar="F", help=f"Confidence of what counts.  [{THRESHOLD}]")
 @click.option(
     "--threshold-from", "chosen_on", metavar="DATASET", type=Folder(path_type=Path), help="Choose it there, by best F1."
 )
 @click.option(
     "--tolerance",
-    type=click.FloatRange(0.0, min_open=True),
+    type=Number(0.0, min_open=True),
     default=TOLERANCE,
     show_default=True,
     metavar="PX",
     help=f"How near is right, pixels at {SCALE:g} px/m.",
 )
-@click.option("--height", type=click.FloatRange(0.1), metavar="M", help="Metres a picture is high, if no label says.")
+@click.option("--height", type=Number(0.1), metavar="M", help="Metres a picture is high, if no label says.")
 @click.option("--by", "groups", metavar="A,B", help="Results by place, scene, side, domain, plate … as well.")
 @click.option("--cluster", metavar="GROUP", help="What images are drawn by for the intervals, as place.  [one by one]")
 @click.option("--out", metavar="FOLDER", type=Folder(path_type=Path), help="For results, curves and worst images.")
@@ -231,8 +229,7 @@ def _table(heading: str, table: dict[str, dict[str, Result]]) -> Table:
 
 def _write(out: Path, told: dict[str, Any], judged: Judged, tables: dict[str, dict[str, dict[str, Result]]]) -> None:
     # matplotlib takes a second to load, and without --out there is no use for it.
-    from pavemark.accuracy.figure import svg  # noqa: PLC0415
-    from pavemark.evaluate.figure import drawing  # noqa: PLC0415
+    from pavemark.evaluate.figure import figure  # noqa: PLC0415
 
     for kind, table in tables.items():
         groups = {
@@ -246,4 +243,4 @@ def _write(out: Path, told: dict[str, Any], judged: Judged, tables: dict[str, di
     ]
     files.write(out / "results.md", "\n".join([*pages, "![Precision over recall](curve.svg)\n"]))
     kinds = [(kind, judged.kinds[kind], table[ALL][""]) for kind, table in tables.items()]
-    files.write(out / "curve.svg", svg("evaluate", lambda: drawing(kinds)))
+    files.write(out / "curve.svg", figure(kinds))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import _thread
+import math
 import signal
 import sys
 import threading
@@ -29,6 +30,16 @@ class Folder(click.Path):
         if not str(value):
             self.fail("it is empty: a folder is needed", param, ctx)
         return super().convert(value, param, ctx)
+
+
+class Number(click.FloatRange):
+    """A number within a range; click lets pass what is none."""
+
+    def convert(self, value, param, ctx):
+        number = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{value}: a finite number is allowed", param, ctx)
+        return number
 
 
 class Part(click.ParamType):

@@ -17,8 +17,8 @@ TRUE, HIT, FALSE, MISSED = (60, 220, 60), (70, 170, 255), (255, 50, 50), (255, 2
 """Colours of what is there and was found, of what was found where it is, of what was found and is not there, and of
 what is there and was not found."""
 
-WIDTHS = (3, 1, 2, 3)
-"""Pixels of their lines: what was found is seen over what is there."""
+WIDTHS = (3, 3, 1, 1)
+"""Pixels of the lines: thick for what is there, and over it thin for what was found."""
 
 COLUMNS = ("image", "there green, found blue, false red, missed yellow")
 """What the views of `Mistakes` are."""
@@ -59,7 +59,7 @@ class Mistakes:
         self._kinds = [_sorted_out(found.points, thresholds[POINTS], np.reshape(example.points, (-1, 2)), near)]
         if example.slots is not None:
             self._kinds.insert(0, _sorted_out(found.slots, thresholds[SLOTS], true_slots(example), near))
-        *_, false, missed = self._kinds[0]
+        _, missed, false, _ = self._kinds[0]
         self.title = f"{example.name}: {len(false)} false, {len(missed)} missed"
         self.size = (example.frame.width, example.frame.height)
 
@@ -70,19 +70,19 @@ class Mistakes:
         tile = cv2.resize(image, size, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_NEAREST)
         drawn = tile.copy()
         for kind in self._kinds:
-            for places, colour, width in zip(kind, (TRUE, HIT, FALSE, MISSED), WIDTHS, strict=True):
+            for places, colour, width in zip(kind, (TRUE, MISSED, FALSE, HIT), WIDTHS, strict=True):
                 for place in places * scale:
                     _draw(drawn, place, colour, width)
         return [tile, drawn]
 
 
 def _sorted_out(marks: Marks, threshold: float, truth: np.ndarray, near: float) -> tuple[np.ndarray, ...]:
-    """Where those that were found lie, where they were found, false positives, and misses."""
+    """Where those that were found lie, those that were missed, false positives, and where those found were found."""
     kept = marks.confidence >= threshold
     places = marks.places[kept]
     truths = matched(Marks(places, marks.confidence[kept]), truth, near)
     found = np.isin(np.arange(len(truth)), truths)
-    return truth[found], places[truths != NONE], places[truths == NONE], truth[~found]
+    return truth[found], truth[~found], places[truths == NONE], places[truths != NONE]
 
 
 _SHIFT = 4
