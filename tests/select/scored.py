@@ -4,8 +4,8 @@ import attrs
 import numpy as np
 
 from pavemark.select import shards
+from pavemark.select.candidate import Candidate
 from pavemark.select.origin import dataset_hash, selection_hash
-from pavemark.select.scores import Candidate
 from pavemark.select.shards import Origin, Row
 
 

@@ -10,27 +10,8 @@ import numpy as np
 
 from pavemark.errors import InputError
 from pavemark.select import shards
+from pavemark.select.candidate import Candidate
 from pavemark.select.shards import Origin
-
-
-@attrs.frozen
-class Candidate:
-    """An image that may be kept.
-
-    Attributes
-    ----------
-    name : str
-        Of the image in its dataset.
-    loss : float
-        Its point loss.
-    plate, domain : str or None
-        The real image it was painted on, and what was done to it; None where that is not known.
-    """
-
-    name: str
-    loss: float
-    plate: str | None = None
-    domain: str | None = None
 
 
 @attrs.frozen(eq=False)
