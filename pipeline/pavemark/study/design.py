@@ -10,7 +10,7 @@ import attrs
 
 from pavemark.errors import InputError
 from pavemark.records import one_of, structure, within
-from pavemark.select.selection import STRATEGIES
+from pavemark.select.choice import STRATEGIES
 
 ALL = "all"
 """Every image of the pools, as they are."""
