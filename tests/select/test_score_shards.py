@@ -100,6 +100,9 @@ def test_scores_of_a_folder(tmp_path):
     assert found.candidates[1] == Candidate("images/1", 1 / 7, "p", "base")
     assert found.candidates[0].plate is None
     assert found.embeddings(["images/30", "images/2"]).tolist() == [[15.0, 1.25], [1.0, 1.25]]
+    assert found.embeddings([]).shape == (0, 2)
+    with pytest.raises(ValueError, match="1 names that have no scores"):
+        found.embeddings(["images/30", "images/77"])
 
 
 def test_no_scores(tmp_path):

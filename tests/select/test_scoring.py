@@ -139,6 +139,22 @@ def test_a_dataset_that_has_grown(dataset, tmp_path):
     assert contents(tmp_path / "scores") == contents(tmp_path / "fresh")
 
 
+def test_a_dataset_that_has_become_smaller(dataset, tmp_path):
+    score(dataset, tmp_path / "scores")
+    lines = (dataset / "manifest.jsonl").read_text().splitlines(keepends=True)
+    (dataset / "manifest.jsonl").write_text("".join(lines[4:]))
+    came, watcher, _ = score(dataset, tmp_path / "scores", part=(0, 2))
+    assert came.images == 4 and "scores-000002.parquet: the dataset has become smaller" in watcher.lines[0]
+    score(dataset, tmp_path / "scores", part=(1, 2))
+    score(dataset, tmp_path / "fresh")
+    assert contents(tmp_path / "scores") == contents(tmp_path / "fresh")
+    assert len(scores.read(tmp_path / "scores").candidates) == 6
+    with pytest.raises(InputError, match="another detector"):
+        (dataset / "manifest.jsonl").write_text(lines[0])
+        score(dataset, tmp_path / "scores", Fake("other"))
+    assert contents(tmp_path / "scores") == contents(tmp_path / "fresh")
+
+
 def test_an_image_that_comes_late_moves_the_others(dataset, tmp_path):
     lines = (dataset / "manifest.jsonl").read_text().splitlines(keepends=True)
     (dataset / "manifest.jsonl").write_text("".join(lines[:2] + lines[3:]))

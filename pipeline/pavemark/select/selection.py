@@ -75,8 +75,8 @@ def select(
     files.sweep(out)
     if way is not None:
         materialise(dataset, out, kept, way, step)
-    write(out, dataset, kept)
     files.write(out / report.NAME, report.report(dataset, candidates, kept, told))
+    write(out, dataset, kept)
     return len(kept), len(candidates)
 
 
