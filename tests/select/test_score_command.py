@@ -141,6 +141,12 @@ def test_select_options(dataset, model, tmp_path, capfd, words, said):
     assert not (tmp_path / "kept").exists()
 
 
+def test_the_command_line_is_there_without_what_blender_lacks():
+    code = "import sys, pavemark.cli; print(sorted({'pyarrow', 'matplotlib', 'pyamg'} & sys.modules.keys()))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
 SLOW = """
 import sys, time
 from pavemark import cli
