@@ -10,7 +10,9 @@ import pytest
 from scored import scores
 
 from detect.datasets import made
-from pavemark.select import losses
+from pavemark.detect.example import Example
+from pavemark.ground import Frame
+from pavemark.select import losses, report
 from pavemark.select.choice import Wanted
 from pavemark.select.selection import select
 
@@ -99,10 +101,25 @@ def test_thumbnails_are_the_images_with_their_points(page):
             picture, number = decoded(source), int(alt[-6:])
             assert picture.shape == (96, 48, 3)
             assert abs(picture[3, 40].astype(int) - (60 + number)).max() <= 3
-            # Rings around (10.5, 20 + k) and (10.5, 60 + k) where those are in the picture.
-            if 60 + number < 92:
-                around = picture[20 + number - 6 : 20 + number + 6, 4:17].astype(int)
-                assert np.abs(around - (60 + number)).max() > 60
+            for v in (20 + number, 60 + number):
+                # A ring of 3 px around (10.5, v), where it lies in the picture, on a picture of one grey.
+                if v < 92:
+                    assert centre(picture[v - 8 : v + 8, 2:19], 60 + number) == pytest.approx((8.5, 8), abs=0.6)
+
+
+def centre(picture, tone):
+    """The middle, continuous, of what is not of a tone."""
+    v, u = np.nonzero(np.abs(picture.astype(int) - tone).max(2) > 40)
+    return u.mean() + 0.5, v.mean() + 0.5
+
+
+def test_points_on_a_picture_that_is_reduced(tmp_path):
+    cv2.imwrite(str(tmp_path / "a.png"), np.full((300, 800, 3), 90, np.uint8))
+    frame = Frame(800, 300, 40.0)
+    example = Example("a", tmp_path / "a.png", frame, np.array([[602.0, 122.0]]), None, None, None)
+    found = decoded(Page("<h2></h2><h3></h3>" + report._thumbnail(example, "a")).pictures["", ""][0][1])
+    assert found.shape == (75, 200, 3)
+    assert centre(found, 90) == pytest.approx((150.5, 30.5), abs=0.6)
 
 
 def test_the_table_counts_domains_and_plates(page):
