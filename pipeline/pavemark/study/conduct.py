@@ -52,7 +52,7 @@ class Trial:
     synthetic: int
 
 
-def conduct(study: Study, folder: Path, workers: int, tell: Tell) -> list[Verdict]:
+def conduct(study: Study, folder: Path, workers: int, tell: Tell, only_told: bool = False) -> list[Verdict]:
     """Make what a study still lacks.
 
     Parameters
@@ -64,6 +64,8 @@ def conduct(study: Study, folder: Path, workers: int, tell: Tell) -> list[Verdic
         Processes that train, each with one thread, so that a detector does not depend on their number.
     tell : callable
         Told a line now and then.
+    only_told : bool
+        Whether rows whose detectors are there are told, and no other is trained.
 
     Returns
     -------
@@ -94,9 +96,13 @@ def conduct(study: Study, folder: Path, workers: int, tell: Tell) -> list[Verdic
         _train(trial, folder, workers, tell)
         of = sorted({pool for row in learner for pool in row.pools})
         data = attrs.evolve(data, learner=_scores(of, made, runs.model(trial[0].runs[0], folder), folder, tell))
-    all_trials = trials(study, study.rows, data)
-    _train(all_trials, folder, workers, tell)
-    return [verdict for trial in all_trials for verdict in _verdicts(study, trial, parts, folder)]
+    wanted_trials = trials(study, study.rows, data)
+    if only_told:
+        wanted_trials = [
+            trial for trial in wanted_trials if all(runs.model(run, folder).exists() for run in trial.runs)
+        ]
+    _train(wanted_trials, folder, workers, tell)
+    return [verdict for trial in wanted_trials for verdict in _verdicts(study, trial, parts, folder)]
 
 
 def trials(study: Study, rows: Iterable[Row], data: Data) -> list[Trial]:
