@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from labelled import Said, dataset, detection
 
+from detect.graphs import graph
 from pavemark.cli import main
 from pavemark.errors import InputError
 
@@ -25,9 +26,21 @@ MODELS = {
 }
 
 
+def run_in(folder, capsys):
+    """Runs the command in this process, on a dataset of a folder."""
+
+    def run(*words, data="judged"):
+        with pytest.raises(SystemExit) as left:
+            main(["evaluate", str(folder / data), *map(str, words)])
+        told = capsys.readouterr()
+        return SimpleNamespace(code=left.value.code, out=told.out, err=told.err)
+
+    return run
+
+
 @pytest.fixture
 def evaluate(tmp_path, monkeypatch, capsys):
-    """Runs the command in this process, with detectors that say what is known beforehand."""
+    """Runs the command with detectors that say what is known beforehand."""
 
     def opened(path):
         if path.name not in MODELS:
@@ -39,13 +52,7 @@ def evaluate(tmp_path, monkeypatch, capsys):
     dataset(tmp_path / "chosen", [(60, POINTS, SLOTS)])
     dataset(tmp_path / "alone", [(60, POINTS, []), (70, POINTS, [])], points_alone=True)
 
-    def run(*words, data="judged"):
-        with pytest.raises(SystemExit) as left:
-            main(["evaluate", str(tmp_path / data), *map(str, words)])
-        told = capsys.readouterr()
-        return SimpleNamespace(code=left.value.code, out=told.out, err=told.err)
-
-    return run
+    return run_in(tmp_path, capsys)
 
 
 def row(text, name):
@@ -183,3 +190,30 @@ def test_a_detector_that_says_nonsense_stops_the_judge(evaluate, monkeypatch):
     monkeypatch.setitem(MODELS, "bad.onnx", Said({60: GOOD, 70: bad}, "b" * 64))
     done = evaluate("--model", "bad.onnx")
     assert done.code == 2 and "000001.png: said bbbbbbbbbbbb: points holds nan" in done.err
+
+
+def test_detectors_that_are_onnx_files(tmp_path, capsys):
+    """Graphs that say the same of every picture: one right, one with both points of the slot exchanged."""
+    dataset(tmp_path / "judged", [(60, POINTS, SLOTS), (70, [], [])])
+    points = np.array([[(u, v, 0.9) for u, v in POINTS]])
+    pairs = np.zeros((1, 3, 3))
+    pairs[0, 0, 1] = 1.0
+    of = {"family": "gcn", "pixels_per_metre": "60"}
+    right = graph(tmp_path / "right.onnx", points=points, pairs=pairs, said=of)
+    turned = graph(tmp_path / "turned.onnx", points=points, pairs=pairs.transpose(0, 2, 1), said=of)
+    run = run_in(tmp_path, capsys)
+    for models, cells in (
+        ((right,), ["2", "1", "2", "50.00", "100.00"]),
+        ((turned,), ["2", "1", "2", "0.00", "0.00"]),
+        ((right, turned), ["2", "1", "4", "25.00", "100.00"]),
+    ):
+        words = [word for model in models for word in ("--model", model)]
+        done = run(*words, *(["--vote", "affirmative"] if len(models) > 1 else []))
+        assert done.code == 0 and done.err == ""
+        assert [cell.split()[0] for cell in row(done.out, "all")[1:6]] == cells
+    nonsense = graph(tmp_path / "nan.onnx", times=np.nan, said=of | {"family": "dmpr"})
+    done = run("--model", nonsense)
+    assert done.code == 2 and "000000.png" in done.err and "nan.onnx" in done.err
+    (tmp_path / "no.onnx").write_bytes(b"no graph")
+    done = run("--model", tmp_path / "no.onnx")
+    assert done.code == 2 and "no.onnx: is not an ONNX model" in done.err

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import click
 
-from pavemark import files
 from pavemark.cli.words import Folder
 from pavemark.errors import InputError
 from pavemark.job.progress import shown
@@ -56,26 +55,15 @@ def select(
     learnable  much loss under --scores-learner, little under --scores
     """
     # Blender's Python, which renders through this command line, has no pyarrow.
-    from pavemark.select import material, report, selection  # noqa: PLC0415
-    from pavemark.select.scores import read  # noqa: PLC0415
+    from pavemark.select import selection  # noqa: PLC0415
+    from pavemark.select.choice import Wanted  # noqa: PLC0415
+    from pavemark.select.report import NAME  # noqa: PLC0415
 
     if (asked["strategy"] == LEARNABLE) != (scores_learner is not None):
         raise InputError("--scores-learner", f"goes with --strategy {LEARNABLE}, and it needs it")
-    files.writable(out)
-    reference = read(scores)
-    candidates = selection.of_dataset(reference, dataset)
-    learner = None if scores_learner is None else read(scores_learner)
-    if learner is not None:
-        selection.of_dataset(learner, dataset)
-    wanted = selection.Wanted(**asked)
-    losses = None if learner is None else learner.losses()
-    kept = selection.chosen(candidates, wanted, losses, reference.embeddings)
-    told = selection.record(dataset, out, wanted, reference.origin, learner and learner.origin, materialize is not None)
-    selection.claim(out, dataset, told)
     progress = shown(quiet)
-    if materialize is not None:
-        with progress.of(len(kept)):
-            material.materialise(dataset, out, kept, materialize, lambda: progress.step(lacking=False))
-    selection.write(out, dataset, kept)
-    files.write(out / report.NAME, report.report(dataset, candidates, kept, told))
-    progress.end(f"{len(kept)} of {len(candidates)} images kept in {out}; to be looked at: {out / report.NAME}")
+    with progress.of(asked["keep"]):
+        kept, of = selection.select(
+            dataset, scores, out, Wanted(**asked), scores_learner, materialize, lambda: progress.step(lacking=False)
+        )
+    progress.end(f"{kept} of {of} images kept in {out}; to be looked at: {out / NAME}")

@@ -189,6 +189,7 @@ def _scene(path: Path) -> tuple[Frame, dict[str, str]]:
         # A scene leaves out what has its default.
         frame = Frame(**scene["plate"].get("frame", {}))
         kinds = {slot["kind"] for slot in scene.get("slots", ())}
+        kinds |= {"original" for marking in scene.get("markings", ()) if marking["kind"] == "original"}
         shown = [name for name in OPTIONAL if scene.get(name) is not None]
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         fault = f"{type(error).__name__}: {error}"

@@ -18,7 +18,7 @@ TRUE, HIT, FALSE, MISSED = (60, 220, 60), (70, 170, 255), (255, 50, 50), (255, 2
 what is there and was not found."""
 
 WIDTHS = (3, 3, 1, 1)
-"""Pixels of the lines of what is there, found and missed, and of what was found, false and true, drawn over it."""
+"""Pixels of the lines: thick for what is there, and over it thin for what was found."""
 
 COLUMNS = ("image", "there green, found blue, false red, missed yellow")
 """What the views of `Mistakes` are."""

@@ -32,6 +32,8 @@ def dataset_hash(dataset: Path) -> str:
         if not isinstance(told, dict):
             raise InputError(folder / "job.json", "is not the record of a job")
         return _hash(json.dumps({name: told[name] for name in told if name not in _GROWS}, sort_keys=True).encode())
+    if not (folder / LISTED).exists():
+        raise InputError(folder, "is no dataset: a folder that pavemark render or select wrote is allowed")
     return _hash(_read(folder / LISTED).split(b"\n", 1)[0].strip())
 
 

@@ -24,7 +24,7 @@ NAME = "report.html"
 ACROSS = 6
 """Pictures of a row."""
 
-SIDE = 220
+SIDE = 200
 """Pixels of a picture's longer side."""
 
 PLATES = 10
@@ -35,10 +35,10 @@ UNKNOWN = "not known"
 _POINT = (0, 90, 255)
 
 _STYLE = """
-.row { display: flex; flex-wrap: wrap; gap: 10px; align-items: flex-end; margin: 0.4em 0 1.4em; }
-.row figure { margin: 0; width: 180px; font-size: 12px; line-height: 1.35; overflow-wrap: anywhere; }
-.row img { height: 180px; width: 180px; object-fit: contain; background: #f2f2f2; display: block; }
-.lacking { height: 180px; width: 180px; background: #f2f2f2; color: #777; display: grid; place-items: center; }
+.row { display: flex; flex-wrap: wrap; gap: 14px; align-items: flex-start; margin: 0.4em 0 1.4em; }
+.row figure { margin: 0; width: 172px; font-size: 12px; line-height: 1.35; overflow-wrap: anywhere; }
+.row img { max-height: 200px; max-width: 172px; display: block; margin-bottom: 4px; }
+.lacking { height: 172px; background: #f2f2f2; color: #777; text-align: center; line-height: 172px; }
 h2 { margin-top: 1.8em; } h3 { margin: 1em 0 0.2em; font-size: 1em; }
 td.number, th.number { text-align: right; }
 .wide { overflow-x: auto; }
@@ -100,12 +100,24 @@ def _rows(order: Sequence[Candidate]) -> dict[str, Sequence[Candidate]]:
 
 
 def _asked(told: dict[str, Any]) -> str:
-    rows = "".join(
-        f"<tr><th>{escape(name.replace('_', ' '))}</th><td>{escape(str(value))}</td></tr>"
-        for name, value in told.items()
-        if value is not None
+    """What was asked for, as far as it mattered."""
+    matters = {
+        "dataset": told["listed"],
+        "strategy": told["strategy"],
+        "seed": told["seed"] if told["strategy"] in ("random", "coverage") else None,
+        "quantiles of the loss": told["quantiles"] if told["strategy"] == "coverage" else None,
+        "learnable up to the quantile": told["learnable"] if told["strategy"] == "learnable" else None,
+        "hardest dropped": told["drop_hardest"] or None,
+        "near-duplicates within": told["near_duplicates"],
+        "most of a plate": told["cap_per_plate"],
+        "scored by": f"{told['family']} {told['model']}",
+        "that learns": told["learner"] and f"{told['learner_family']} {told['learner']}",
+        "pavemark": told["pavemark"],
+    }
+    rows = (
+        f"<tr><th>{name}</th><td>{escape(str(value))}</td></tr>" for name, value in matters.items() if value is not None
     )
-    return f"<table>{rows}</table>"
+    return f'<div class="wide"><table>{"".join(rows)}</table></div>'
 
 
 def _tile(each: Candidate, example: Example | None) -> str:
@@ -114,7 +126,8 @@ def _tile(each: Candidate, example: Example | None) -> str:
         image = '<div class="lacking">cannot be read</div>' if example is None else _thumbnail(example, words)
     except InputError:
         image = '<div class="lacking">cannot be read</div>'
-    about = "<br>".join(escape(word) for word in (each.domain, each.plate) if word)
+    # A domain is a sum of effects, and may be wider than its picture.
+    about = "<br>".join(escape(word).replace("+", "+<wbr>") for word in (each.domain, each.plate) if word)
     return f"<figure>{image}<figcaption>{words}<br>loss {each.loss:.4g}<br>{about}</figcaption></figure>"
 
 
@@ -128,7 +141,7 @@ def _thumbnail(example: Example, words: str) -> str:
         # Coordinates are continuous, and the centre of the first pixel is at 0.5.
         at = [round((value - 0.5) * 16) for value in (u, v)]
         for colour, width in (((255, 255, 255), 3), (_POINT, 1)):
-            cv2.circle(small, at, 4 * 16, colour, width, cv2.LINE_AA, 4)
+            cv2.circle(small, at, 3 * 16, colour, width, cv2.LINE_AA, 4)
     data = cv2.imencode(".jpg", small[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 85])[1].tobytes()
     return pictured(data, words, "jpeg")
 

@@ -1,114 +1,82 @@
-"""Which images of a dataset are kept, and the folder that tells it."""
+"""A folder that tells which images of a dataset are kept, and has them as well where that is asked for."""
 
 from __future__ import annotations
 
-import itertools
 import json
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import attrs
-import numpy as np
 
 from pavemark import __version__, files
 from pavemark.detect.reading import MANIFEST, SELECTION, manifest, source
 from pavemark.errors import InputError
-from pavemark.records import read_json, within
-from pavemark.select import modifiers, strategies
-from pavemark.select.near_duplicates import distinct
+from pavemark.records import read_json
+from pavemark.select import report, scores
+from pavemark.select.choice import Wanted, chosen
+from pavemark.select.material import materialise
 from pavemark.select.origin import dataset_hash
 from pavemark.select.scores import Candidate, Scores
 from pavemark.select.shards import Origin
 
-STRATEGIES = ("cfds", "ehds", "random", "coverage", "learnable")
 
-
-@attrs.frozen
-class Wanted:
-    """What is asked for.
-
-    Attributes
-    ----------
-    strategy : str
-        One of `STRATEGIES`, each a function of `pavemark.select.strategies`.
-    keep : int
-        Images.
-    seed : int
-        What is random in "random" and "coverage" follows from it.
-    quantiles : int
-        Of the loss, for "coverage".
-    learnable : float
-        Quantile of the reference's loss beyond which "learnable" keeps nothing.
-    drop_hardest : float
-        Share of all images, those of most loss, that are not kept whatever the strategy.
-    near_duplicates : float or None
-        Cosine distance of embeddings below which only the first in the strategy's order is kept.
-    cap_per_plate : int or None
-        Most images of a plate.
-    """
-
-    strategy: str = attrs.field(validator=attrs.validators.in_(STRATEGIES))
-    keep: int = attrs.field(validator=attrs.validators.ge(1))
-    seed: int = 0
-    quantiles: int = attrs.field(default=4, validator=attrs.validators.ge(1))
-    learnable: float = attrs.field(default=0.75, validator=within(0, 1))
-    drop_hardest: float = attrs.field(default=0.0, validator=within(0, 1))
-    near_duplicates: float | None = attrs.field(default=None, validator=attrs.validators.optional(within(0, 2)))
-    cap_per_plate: int | None = attrs.field(default=None, validator=attrs.validators.optional(attrs.validators.ge(1)))
-
-
-def chosen(
-    candidates: Sequence[Candidate],
+def select(
+    dataset: Path,
+    scored: Path,
+    out: Path,
     wanted: Wanted,
-    learner: dict[str, float] | None = None,
-    embeddings: Callable[[Sequence[str]], np.ndarray] | None = None,
-) -> list[Candidate]:
-    """The images that are kept, the first to be kept first.
+    learner: Path | None = None,
+    way: str | None = None,
+    step: Callable[[], None] = lambda: None,
+) -> tuple[int, int]:
+    """Select images of a dataset; the same call again makes the same folder.
 
-    The hardest are dropped, the strategy orders the rest, and along its order near-duplicates go and plates are
-    capped. What is left is dealt anew by "coverage", which is to be even whatever went; then the first are kept.
+    `selection.json` tells what was asked for, `manifest.jsonl` lists the kept images, and `report.html` shows them.
+    The folder is a dataset to `pavemark.detect.reading.examples` as soon as its manifest is there.
 
     Parameters
     ----------
-    candidates : sequence of Candidate
-        In any order.
+    dataset : Path
+        What `pavemark render` made, or a selection of it.
+    scored : Path
+        Scores of its images, those of more images among them or not.
+    out : Path
     wanted : Wanted
-    learner : dict of str to float or None
-        Losses under the detector that is to learn, by name: "learnable" needs them.
-    embeddings : callable or None
-        From names to an array (N, E) float32; `near_duplicates` needs it.
+    learner : Path or None
+        Scores under the detector that is to learn, for the strategy "learnable".
+    way : str or None
+        One of `pavemark.select.material.WAYS`: the images and labels are put into the folder.
+    step : callable
+        Called after each image that is put there.
+
+    Returns
+    -------
+    tuple of int
+        How many images are kept, and of how many.
 
     Raises
     ------
     InputError
-        When fewer images are left than are to be kept, or the strategy cannot order them.
+        When dataset and scores do not belong together, so many images cannot be kept, the dataset lacks files, or the
+        folder cannot be written or holds something else.
     """
-    left = modifiers.without_hardest(candidates, wanted.drop_hardest)
-    order = _ordered(left, wanted, learner)
-    walk: Iterable[Candidate] = order
-    if wanted.near_duplicates is not None:
-        walk = distinct(order, embeddings([each.name for each in order]), wanted.near_duplicates)
-    if wanted.cap_per_plate is not None:
-        walk = modifiers.capped(walk, wanted.cap_per_plate)
-    if wanted.strategy == "coverage" and walk is not order:
-        walk = _ordered(list(walk), wanted, learner)
-    kept = list(itertools.islice(walk, wanted.keep))
-    if len(kept) < wanted.keep:
-        raise InputError("--keep", f"{wanted.keep}: there are {len(kept)} of {len(candidates)} images to keep")
-    return kept
-
-
-def _ordered(candidates: Sequence[Candidate], wanted: Wanted, learner: dict[str, float] | None) -> list[Candidate]:
-    orders = {
-        "cfds": lambda: strategies.cfds(candidates),
-        "ehds": lambda: strategies.ehds(candidates),
-        "random": lambda: strategies.random(candidates, wanted.seed),
-        "coverage": lambda: strategies.coverage(candidates, wanted.seed, wanted.quantiles),
-        "learnable": lambda: strategies.learnable(candidates, learner or {}, wanted.learnable),
-    }
-    return orders[wanted.strategy]() if candidates else []
+    reference = scores.read(scored)
+    candidates = of_dataset(reference, dataset)
+    other = None if learner is None else scores.read(learner)
+    if other is not None:
+        of_dataset(other, dataset)
+    files.writable(out)
+    kept = chosen(candidates, wanted, other and other.losses(), reference.embeddings)
+    told = record(dataset, out, wanted, reference.origin, other and other.origin, way is not None)
+    claim(out, dataset, told)
+    files.sweep(out)
+    if way is not None:
+        materialise(dataset, out, kept, way, step)
+    write(out, dataset, kept)
+    files.write(out / report.NAME, report.report(dataset, candidates, kept, told))
+    return len(kept), len(candidates)
 
 
 def of_dataset(scores: Scores, dataset: Path) -> list[Candidate]:
