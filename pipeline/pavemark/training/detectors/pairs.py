@@ -22,6 +22,9 @@ from pavemark.training.detectors.network import (
 BESIDE = 0.9
 """Cells within which a point beside a more confident one is that point once more."""
 
+UNLIKELY = -4.0
+"""Logit of a pair to begin with."""
+
 FIRST = 2.0
 """What is added to the confidence of true points as pairs are learnt: they are looked at however unsure they are."""
 
@@ -77,7 +80,8 @@ class Paired(Points):
         with torch.no_grad():
             found = best(activated(raw), self.most, FIRST * wanted.there)
         truth, weight = _wanted(lessons, wanted, found)
-        logits = self.pair_logits(features, found)
+        # Points are learnt as without pairs, whose errors are many times as large to begin with.
+        logits = self.pair_logits([part.detach() for part in features], found)
         entropy = functional.binary_cross_entropy_with_logits(logits, truth, weight, reduction="sum")
         return losses | {"pairs": entropy / truth.sum().clamp(min=1)}
 
