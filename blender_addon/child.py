@@ -24,6 +24,7 @@ from pavemark.errors import one_line
 _PROGRESS = re.compile(r"(\d+)/(\d+)  ([\d.]+) \w+/s  (\S+) left(?:  (\d+) lacking)?")
 _SUMMARY = re.compile(r"(part \S+ )?\d+ of \d+ ")
 _BESIDE, _ABOVE = Path(__file__).with_name("render.py"), Path(__file__).parents[1] / "render.py"
+_PYTHON = {"PYTHONUNBUFFERED": "1", "PYTHONUTF8": "1"}
 _KEPT = 50
 """Lines of its errors that are kept."""
 
@@ -88,13 +89,7 @@ class Child:
             text=True,
             encoding="utf-8",
             errors="replace",
-            env={
-                **os.environ,
-                "PYTHONPATH": packages,
-                "PYTHONUNBUFFERED": "1",
-                "PYTHONUTF8": "1",
-                **(environment or {}),
-            },
+            env={**os.environ, **_PYTHON, "PYTHONPATH": packages, **(environment or {})},
             **system.apart(),
         )
         for stream, take in ((self._process.stdout, self._take), (self._process.stderr, self._errors.append)):

@@ -18,7 +18,7 @@ from pavemark.records import structure, to_json
 from pavemark.scene import Blend, Scene
 
 from . import backdrop, lines, view
-from .effects import LABELLED, PAINT, WHOLE
+from .effects import LABELLED, PAINT, WHOLE, suns
 from .properties.fields import shown
 from .properties.hearing import deaf
 
@@ -123,6 +123,7 @@ def reflect(target: bpy.types.Scene, scene: Scene) -> None:
         settings.index = min(scene.index, 2**31 - 1)
         for name in WHOLE:
             fill(getattr(settings, name), getattr(scene, name))
+        _lights(settings, scene)
         _fields(settings.blend, scene.blend or Blend())
         if paint is None:
             return
@@ -143,9 +144,29 @@ def fill(group: bpy.types.PropertyGroup, effect: object | None) -> None:
         _fields(group, effect)
 
 
+def _lights(settings: bpy.types.PropertyGroup, scene: Scene) -> None:
+    """Show what an image's light comes from, and what it falls on."""
+    for sun in suns(scene).values():
+        _fields(settings.sun, sun)
+    if scene.shadows is not None and scene.shadows.lamp is not None:
+        _fields(settings.lamp, scene.shadows.lamp)
+    casters, groups = scene.shadows.casters if scene.shadows else (), settings.casters
+    # No more of them than need be: one whose slider is being moved must not go under its hand.
+    while len(groups) > len(casters):
+        groups.remove(len(groups) - 1)
+    while len(groups) < len(casters):
+        groups.add()
+    for group, caster in zip(groups, casters, strict=True):
+        _fields(group, caster)
+    if scene.glare is not None and scene.glare.tubes:
+        _fields(settings.tubes, scene.glare.tubes[0])
+        settings.tubes.height = scene.glare.tubes[0].place[2]
+
+
 def _fields(group: bpy.types.PropertyGroup, record: object) -> None:
     for name in shown(type(record)):
-        setattr(group, name, getattr(record, name))
+        if name in group.bl_rna.properties:
+            setattr(group, name, getattr(record, name))
 
 
 def painted(scene: Scene, change) -> Scene:

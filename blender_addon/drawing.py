@@ -16,8 +16,8 @@ from pavemark.randomize.scene import randomize
 from pavemark.records import structure
 from pavemark.scene import Blend, Scene
 
-from .effects import EFFECTS
-from .properties.fields import shown
+from .effects import EFFECTS, LIGHT
+from .properties import fields
 
 
 def tables(target: bpy.types.Scene) -> dict[str, Any]:
@@ -28,13 +28,15 @@ def tables(target: bpy.types.Scene) -> dict[str, Any]:
         told = merge(told, rates({name: getattr(settings, name).use for name in EFFECTS}))
         # What age does besides the effects has no switch: paint is as it is set.
         told = merge(told, {"texture": {"fade": {"rate": 0.0}, "former": {"rate": 0.0}}})
+        # Nor has what is painted beside the slots.
+        told = merge(told, {"aisle": {"rate": 0.0}})
         told = merge(told, {"layout": {"empty_rate": 0.0}, "blend": values(settings.blend, Blend)})
     return merge(told, _held(settings))
 
 
 def values(group: bpy.types.PropertyGroup, record: type) -> dict[str, Any]:
     """What a group shows of a record."""
-    return {name: getattr(group, name) for name in shown(record)}
+    return {name: fields.value(group, record, name) for name in fields.shown(record)}
 
 
 def drawn(target: bpy.types.Scene, plate: Plate, besides: dict[str, Any] | None = None) -> Scene:
@@ -102,6 +104,15 @@ def job_tables(target: bpy.types.Scene) -> dict[str, Any]:
     kept = {name: _differing(told[name], default.get(name, {})) for name in told}
     structure(Domains, merge(default, kept), "panel")
     return {name: table for name, table in kept.items() if table}
+
+
+def light_tables(target: bpy.types.Scene) -> dict[str, Any]:
+    """All ranges of the effects of light that such a job draws, and of the sun where one of them asks for it."""
+    domains = structure(Domains, tables(target), "panel")
+    names = [name for name in LIGHT if getattr(domains, name).rate]
+    if any("sun" in attrs.fields_dict(EFFECTS[name]) for name in names):
+        names.insert(0, "sun")
+    return {name: attrs.asdict(getattr(domains, name)) for name in names}
 
 
 def _differing(told: dict[str, Any], default: dict[str, Any]) -> dict[str, Any]:

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import attrs
 import bpy
+import numpy as np
 
 from pavemark.errors import InputError
+from pavemark.light import Caster, Lamp, Sun, Tube
 from pavemark.records import structure
 from pavemark.scene import Blend, Marking, Paint, Scene
 
 from . import backdrop, document
 from .drawing import drawn, rates, values
-from .effects import EFFECTS, LABELLED, PAINT, WHOLE
+from .effects import EFFECTS, LABELLED, PAINT, WHOLE, suns
+from .properties import fields
 from .properties.hearing import heard
 
 
@@ -114,7 +118,10 @@ def switch_effect(target: bpy.types.Scene, name: str) -> None:
         _show(target, _with(before, name, [None]))
         return
     found = _drawn_effect(target, name, rates({name: True}))
-    _show(target, _with(before, name, found or [structure(EFFECTS[name], values(group, EFFECTS[name]), name)]))
+    found = found or [structure(EFFECTS[name], values(group, EFFECTS[name]), name)]
+    if shining := [sun for other, sun in suns(before).items() if other != name]:
+        found = [attrs.evolve(each, sun=shining[0]) if getattr(each, "sun", None) else each for each in found]
+    _show(target, _with(before, name, found))
 
 
 def set_effect(target: bpy.types.Scene, name: str, field: str) -> None:
@@ -122,7 +129,7 @@ def set_effect(target: bpy.types.Scene, name: str, field: str) -> None:
     before, group = document.current(target), getattr(target.pavemark, name)
     if before is None or not group.use:
         return
-    value = getattr(group, field)
+    value = fields.value(group, EFFECTS[name], field)
     try:
         now = _changed(before, name, lambda effect: attrs.evolve(effect, **{field: value}))
     except ValueError:
@@ -133,6 +140,79 @@ def set_effect(target: bpy.types.Scene, name: str, field: str) -> None:
             raise
         _show(target, _with(before, name, found))
         return
+    document.keep(target, now)
+
+
+def set_sun(target: bpy.types.Scene, field: str) -> None:
+    """Set a field of the sun, for all effects that have one."""
+    told = {field: fields.value(target.pavemark.sun, Sun, field)}
+
+    def change(scene: Scene) -> Scene:
+        lit = {name: attrs.evolve(sun, **told) for name, sun in suns(scene).items()}
+        return attrs.evolve(scene, **{name: attrs.evolve(getattr(scene, name), sun=sun) for name, sun in lit.items()})
+
+    _set(target, change)
+
+
+def set_lamp(target: bpy.types.Scene, field: str) -> None:
+    """Set a field of the lamp that casts the shadows."""
+    told = {field: fields.value(target.pavemark.lamp, Lamp, field)}
+
+    def change(scene: Scene) -> Scene:
+        shadows = scene.shadows
+        if shadows is None or shadows.lamp is None:
+            return scene
+        return attrs.evolve(scene, shadows=attrs.evolve(shadows, lamp=attrs.evolve(shadows.lamp, **told)))
+
+    _set(target, change)
+
+
+def set_casters(target: bpy.types.Scene, field: str) -> None:
+    """Set a field of each caster whose slider shows another value than the caster has."""
+    groups = target.pavemark.casters
+
+    def changed(caster: Caster, group: bpy.types.PropertyGroup) -> Caster:
+        there, told = getattr(caster, field), fields.value(group, Caster, field)
+        same = there == told if isinstance(there, str) else np.array_equal(np.float32(there), np.float32(told))
+        return caster if same else attrs.evolve(caster, **{field: told})
+
+    def change(scene: Scene) -> Scene:
+        shadows = scene.shadows
+        if shadows is None or len(shadows.casters) != len(groups):
+            return scene
+        casters = tuple(changed(*pair) for pair in zip(shadows.casters, groups, strict=True))
+        return attrs.evolve(scene, shadows=attrs.evolve(shadows, casters=casters))
+
+    _set(target, change)
+
+
+def set_tubes(target: bpy.types.Scene, field: str) -> None:
+    """Set a field of all tubes that the floor mirrors, or how high they hang."""
+    group = target.pavemark.tubes
+
+    def changed(tube: Tube) -> Tube:
+        if field == "height":
+            return attrs.evolve(tube, place=(*tube.place[:2], group.height))
+        return attrs.evolve(tube, **{field: fields.value(group, Tube, field)})
+
+    def change(scene: Scene) -> Scene:
+        glare = scene.glare
+        if glare is None:
+            return scene
+        return attrs.evolve(scene, glare=attrs.evolve(glare, tubes=tuple(map(changed, glare.tubes))))
+
+    _set(target, change)
+
+
+def _set(target: bpy.types.Scene, change: Callable[[Scene], Scene]) -> None:
+    before = document.current(target)
+    if before is None:
+        return
+    try:
+        now = change(before)
+    except ValueError:
+        document.reflect(target, before)
+        raise
     document.keep(target, now)
 
 

@@ -3,6 +3,7 @@
 Run as a script it is what render.py is, for tests of whole jobs:  python flat_renderer.py [--worker | render …]
 """
 
+import errno
 import os
 import signal
 import sys
@@ -47,7 +48,7 @@ class Misbehaving(FlatRenderer):
             if scene.index == int(index) and not (once and Path(once).exists()):
                 if once:
                     Path(once).touch()
-                {"die": _die, "hang": _hang, "fail": _fail}[what]()
+                {"die": _die, "hang": _hang, "fail": _fail, "full": _full}[what]()
         return super().render(scene, plate, plan)
 
 
@@ -57,6 +58,13 @@ def _die():
 
 def _hang():
     time.sleep(3600)
+
+
+def _full():
+    def full(_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    os.fsync = full
 
 
 def _fail():

@@ -6,12 +6,13 @@ import bpy
 
 from pavemark import files
 from pavemark.errors import InputError
-from pavemark.job.config import FOLDERS, toml
+from pavemark.job.config import FOLDERS, merge, toml
 from pavemark.job.folder import RECORD, recorded
 from pavemark.records import from_json, to_json
 from pavemark.scene import Scene
 
 from .. import backdrop, document
+from ..drawing import light_tables
 from .background import CHOOSE
 from .batch import job_tables
 from .render import SLOTS, ready
@@ -44,6 +45,19 @@ class Filed(Reporting):
         if not self.filepath:
             raise InputError(self.bl_label, "no file is chosen")
         return Path(bpy.path.abspath(self.filepath)).absolute()
+
+    def goal(self) -> Path:
+        """The chosen file, to be written: its folder is there, for one that is not is a slip of the pen.
+
+        Raises
+        ------
+        InputError
+            When none is chosen, or its folder is not there.
+        """
+        path = self.path()
+        if not path.parent.is_dir():
+            raise InputError(path.parent, "is no folder that is there: make it first, or choose another one")
+        return path
 
 
 class PAVEMARK_OT_open_scene(Filed, bpy.types.Operator):
@@ -121,7 +135,7 @@ class PAVEMARK_OT_save_scene(Filed, bpy.types.Operator):
         return f"{context.scene.pavemark.index:06d}.json"
 
     def act(self, context):
-        target, path = context.scene, self.path()
+        target, path = context.scene, self.goal()
         scene = ready(target)[0] if target.pavemark.background.clean else document.current(target)
         files.write(path, to_json(scene))
         return f"saved {path}"
@@ -146,9 +160,10 @@ class PAVEMARK_OT_export_job(Filed, bpy.types.Operator):
         return "job.toml"
 
     def act(self, context):
-        path = self.path()
+        path = self.goal()
         backdrop.job(context.scene)
-        told = job_tables(context.scene)
+        # What is not listed keeps the preset's ranges, unseen: whoever asks for light will want to narrow them.
+        told = merge(job_tables(context.scene), light_tables(context.scene))
         # Folders of a job file are relative to it, so that both can be moved together.
         told |= {name: files.relative(told[name], path.parent) for name in FOLDERS if name in told}
         files.write(path, toml(told))

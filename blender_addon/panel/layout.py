@@ -50,7 +50,8 @@ def columns(layout):
 def record(layout, group, kind: type) -> None:
     """What can be shown of a record."""
     for name in shown(kind):
-        layout.prop(group, name)
+        if name in group.bl_rna.properties:
+            layout.prop(group, name)
     if not shown(kind):
         layout.label(text="Drawn or measured: nothing to set")
 

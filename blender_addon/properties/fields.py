@@ -1,6 +1,7 @@
 """A group of properties made from a record: bounds, words and descriptions are the record's own."""
 
 import functools
+import inspect
 import math
 import re
 import typing
@@ -11,33 +12,52 @@ import bpy
 
 from pavemark.records import OneOf, Within, bounds
 
-LENGTHS = {"size", "width", "edge", "sigma"}
+LENGTHS = {"size", "width", "edge", "sigma", "height", "bevel", "length", "radius", "place", "foot"}
 """Fields in metres."""
 
-ANGLES = {"angle"}
+ANGLES = {"angle", "skyline", "azimuth", "elevation", "turn"}
 """Fields in radians."""
 
-PIXELS = {"margin"}
+PIXELS = {"margin", "alpha"}
 """Fields in pixels."""
+
+SPOKEN = {"amount": "Levels or Share"}
+"""Fields in what Blender has no unit for: it stands in their names."""
+
+VECTORS = {n: tuple[(float,) * n] for n in (2, 3)}
+"""Colours and places, by how many numbers they are."""
 
 LARGEST = 2**31 - 1
 """Whole numbers beyond it do not fit Blender's properties; a field that may hold one, such as a seed, is not shown."""
 
 
 def shown(record: type) -> dict[str, attrs.Attribute]:
-    """The fields of a record that sliders, menus and ticks can show: numbers, words and whether."""
+    """The fields of a record that sliders, menus and ticks can show: numbers, colours, places, words and whether."""
     kinds = typing.get_type_hints(record)
     found = {}
     for field in attrs.fields(record):
         limits = bounds(field, Within)
         fits = kinds[field.name] is not int or limits is None or limits.high <= LARGEST
-        if kinds[field.name] in (int, float, str, bool) and fits:
+        if kinds[field.name] in (int, float, str, bool, *VECTORS.values()) and fits:
             found[field.name] = field
     return found
 
 
+def value(group: bpy.types.PropertyGroup, record: type, name: str) -> object:
+    """What a group says of a field of a record."""
+    told, limits = getattr(group, name), bounds(attrs.fields_dict(record)[name], Within)
+
+    def allowed(number: float) -> float:
+        # Blender's numbers have 24 bits: its bound may lie beyond the record's by the last of them.
+        return min(max(number, limits.low), limits.high) if limits else number
+
+    if isinstance(told, float):
+        return allowed(told)
+    return told if isinstance(told, (int, str)) else tuple(map(allowed, told))
+
+
 def group(
-    record: type, name: str, changed: Callable[[str], Callable], extra: dict | None = None
+    record: type, name: str, changed: Callable[[str], Callable], extra: dict | None = None, without: str = ""
 ) -> type[bpy.types.PropertyGroup]:
     """A PropertyGroup class with the fields that can be shown.
 
@@ -51,10 +71,14 @@ def group(
         From the name of a field to the callback for its changes.
     extra : dict or None
         Properties beside the record's own.
+    without : str
+        A field that is not to be shown.
     """
     kinds = typing.get_type_hints(record)
     made = {
-        field.name: _property(field, kinds[field.name], record, changed(field.name)) for field in shown(record).values()
+        field.name: _property(field, kinds[field.name], record, changed(field.name))
+        for field in shown(record).values()
+        if field.name != without
     }
     return type(
         f"PAVEMARK_PG_{name}",
@@ -65,7 +89,7 @@ def group(
 
 def _property(field: attrs.Attribute, kind: type, record: type, update: Callable):
     said = {
-        "name": field.name.replace("_", " ").title(),
+        "name": ", ".join(filter(None, (field.name.replace("_", " ").title(), SPOKEN.get(field.name)))),
         "description": description(record, field.name),
         "update": update,
     }
@@ -81,9 +105,14 @@ def _property(field: attrs.Attribute, kind: type, record: type, update: Callable
         low, high = round(limits.low), round(limits.high)
         unit = {"subtype": "PIXEL"} if field.name in PIXELS else {}
         return bpy.props.IntProperty(default=low if given is None else given, min=low, max=high, **unit, **said)
+    count = next((n for n, vector in VECTORS.items() if vector == kind), 1)
     unit = {}
     if field.name in LENGTHS:
-        unit = {"subtype": "DISTANCE", "unit": "LENGTH"}
+        unit = {"subtype": "DISTANCE" if count == 1 else "TRANSLATION", "unit": "LENGTH"}
+    elif field.name in PIXELS:
+        unit = {"subtype": "PIXEL"}
+    elif count > 1:
+        unit = {}
     elif field.name in ANGLES:
         unit = {"subtype": "ANGLE", "unit": "ROTATION"}
     elif (limits.low, limits.high) == (0.0, 1.0):
@@ -91,15 +120,12 @@ def _property(field: attrs.Attribute, kind: type, record: type, update: Callable
     # A step is a hundredth of its number; the eye wants one in a hundred of what may be set.
     soft = min(limits.high, max(1.0, limits.low))
     precision = 3 if limits.low >= 0.01 or limits.low == 0 else 4
-    return bpy.props.FloatProperty(
-        default=min(max(0.5, limits.low), limits.high) if given is None else given,
-        min=limits.low,
-        max=limits.high,
-        step=max(0.01, 100 * 10 ** math.floor(math.log10(soft / 100))),
-        precision=precision,
-        **unit,
-        **said,
-    )
+    start = min(max(0.5, limits.low), limits.high) if given is None else given
+    said |= {"min": limits.low, "max": limits.high, "precision": precision, **unit}
+    said["step"] = max(0.01, 100 * 10 ** math.floor(math.log10(soft / 100)))
+    if count > 1:
+        return bpy.props.FloatVectorProperty(default=(start,) * count, size=count, **said)
+    return bpy.props.FloatProperty(default=start, **said)
 
 
 def description(record: type, field: str) -> str:
@@ -109,9 +135,10 @@ def description(record: type, field: str) -> str:
 
 @functools.cache
 def _descriptions(record: type) -> dict[str, str]:
-    summary, _, rest = (record.__doc__ or record.__name__).partition("\n")
+    # Since 3.13 Python itself takes the indentation away.
+    summary, _, rest = inspect.cleandoc(record.__doc__ or record.__name__).partition("\n")
     found = {"": summary}
     # numpydoc: names and their type in a line, what they are indented below it.
-    for names, text in re.findall(r"^    (\w[\w, ]*) : .*\n((?:        .*\n?)+)", rest, re.MULTILINE):
+    for names, text in re.findall(r"^(\w[\w, ]*) : .*\n((?:    .*\n?)+)", rest, re.MULTILINE):
         found |= dict.fromkeys(re.split(r", *", names), text)
     return {name: " ".join(text.replace("`", "").split()).removesuffix(".") for name, text in found.items()}

@@ -4,6 +4,7 @@ import functools
 
 import bpy
 
+from pavemark.light import Caster, Lamp, Sun, Tube
 from pavemark.randomize import layout
 from pavemark.records import OneOf, Within, bounds
 from pavemark.scene import Blend, Slot, Stroke
@@ -30,6 +31,33 @@ def _effect(name: str) -> type[bpy.types.PropertyGroup]:
 EFFECT_GROUPS = {name: _effect(name) for name in EFFECTS}
 
 BlendGroup = group(Blend, "blend", lambda field: heard(functools.partial(edits.set_blend, field=field)))
+
+
+SunGroup = group(Sun, "sun", lambda field: heard(functools.partial(edits.set_sun, field=field)))
+LampGroup = group(Lamp, "lamp", lambda field: heard(functools.partial(edits.set_lamp, field=field)))
+CasterGroup = group(Caster, "caster", lambda field: heard(functools.partial(edits.set_casters, field=field)))
+TubesGroup = group(
+    Tube,
+    "tubes",
+    lambda field: heard(functools.partial(edits.set_tubes, field=field)),
+    {
+        "height": bpy.props.FloatProperty(
+            name="Height",
+            description="Metres from the floor up to the tubes",
+            subtype="DISTANCE",
+            unit="LENGTH",
+            default=3.0,
+            min=0.1,
+            max=20.0,
+            step=10,
+            precision=3,
+            update=heard(functools.partial(edits.set_tubes, field="height")),
+        )
+    },
+    without="place",
+)
+LIGHTS = (SunGroup, LampGroup, CasterGroup, TubesGroup)
+"""What light comes from, and what it falls on."""
 
 
 def _words(record: type, field: str) -> list[tuple[str, str, str]]:

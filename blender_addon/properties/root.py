@@ -11,12 +11,17 @@ from ..effects import EFFECTS
 from .groups import (
     EFFECT_GROUPS,
     HELD,
+    LIGHTS,
     BlendGroup,
+    CasterGroup,
+    LampGroup,
     PAVEMARK_PG_colour,
     PAVEMARK_PG_count,
     PAVEMARK_PG_line,
     PAVEMARK_PG_outline,
     PAVEMARK_PG_shape,
+    SunGroup,
+    TubesGroup,
 )
 from .hearing import heard
 
@@ -117,6 +122,10 @@ class PAVEMARK_PG_scene(bpy.types.PropertyGroup):
     line: bpy.props.PointerProperty(type=PAVEMARK_PG_line)
     colour: bpy.props.PointerProperty(type=PAVEMARK_PG_colour)
     blend: bpy.props.PointerProperty(type=BlendGroup)
+    sun: bpy.props.PointerProperty(type=SunGroup)
+    lamp: bpy.props.PointerProperty(type=LampGroup)
+    casters: bpy.props.CollectionProperty(type=CasterGroup, description="What casts shadows into the image")
+    tubes: bpy.props.PointerProperty(type=TubesGroup)
     max_error: bpy.props.FloatProperty(
         name="Max Error",
         description="Levels of 255 by which edges of paint may be off: the cheapest way that keeps it is taken; "
@@ -159,5 +168,5 @@ class PAVEMARK_PG_scene(bpy.types.PropertyGroup):
 
 PAVEMARK_PG_scene.__annotations__ |= {name: bpy.props.PointerProperty(type=EFFECT_GROUPS[name]) for name in EFFECTS}
 
-CLASSES = (PAVEMARK_PG_background, *HELD, BlendGroup, *EFFECT_GROUPS.values(), PAVEMARK_PG_scene)
+CLASSES = (PAVEMARK_PG_background, *HELD, BlendGroup, *EFFECT_GROUPS.values(), *LIGHTS, PAVEMARK_PG_scene)
 """In the order in which they are registered: what is pointed at before what points."""

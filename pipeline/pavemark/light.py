@@ -64,7 +64,9 @@ class Lamp:
     Attributes
     ----------
     place : Place
+        Its middle.
     radius : float
+        Of the globe: the larger, the softer its shadows.
     """
 
     place: Place = attrs.field(validator=[_place, _above_ground])
@@ -85,7 +87,7 @@ class Caster:
     Attributes
     ----------
     kind : str
-        One of CASTERS.
+        What it is, one of CASTERS.
     foot : Foot
         The middle of what it covers of the ground.
     size : Place
@@ -115,6 +117,7 @@ class Shadows:
     lamp : Lamp or None
         The source, one of the two.
     casters : tuple of Caster
+        What casts them.
     """
 
     left: RGB = attrs.field(validator=_share)
@@ -134,6 +137,7 @@ class Relief:
     Attributes
     ----------
     height : float
+        Metres from the ground to the top of the paint.
     bevel : float
         Width of the slope from the outline up to the full height.
     sun : Sun
@@ -158,16 +162,19 @@ class Wet:
     pools : float
         Share of the wet ground that lies under water.
     size : float
-        Of the patches.
+        Metres of the patches.
     darkening : float
         Share of the light that wet ground swallows.
-    sky, around : RGB
-        Radiance of the sky, and of what stands around.
+    sky : RGB
+        Radiance of the sky that puddles mirror; 1 is the picture's white.
+    around : RGB
+        Radiance of what stands around, below the skyline.
     skyline : float
         Elevation up to which things stand around, on the mean.
     eyes : tuple of Place
         The cameras. Each point of the ground is seen by the nearest.
     seed : float
+        Of the patches: another one wets other ground.
     """
 
     share: float = attrs.field(validator=_share)
@@ -189,10 +196,14 @@ class Tube:
     ----------
     place : Place
         Its middle.
-    length, width : float
+    length : float
+        Metres from end to end.
+    width : float
+        Metres across.
     turn : float
-        Anticlockwise, of its length from the world's X.
+        Its length's, anticlockwise from the world's X.
     radiance : RGB
+        Of its light; 1 is the picture's white.
     """
 
     place: Place = attrs.field(validator=[_place, _above_ground])

@@ -105,7 +105,17 @@ class Area:
 
 @attrs.frozen
 class Grain:
-    """Fine roughness of paint on asphalt: brightness varies by ±`contrast` over `size` metres."""
+    """Fine roughness of paint on asphalt.
+
+    Attributes
+    ----------
+    size : float
+        Metres over which the brightness varies.
+    contrast : float
+        By how much of itself it varies, up and down.
+    seed : float
+        Of the roughness: another one puts its grains elsewhere.
+    """
 
     size: float = attrs.field(validator=within(0.001, 1.0))
     contrast: float = attrs.field(validator=_share)
@@ -122,10 +132,14 @@ class Wear:
         Share of paint lost in the middle of the line, 0 fresh to 1 gone.
     edge : float
         Metres over which the wear from the outline fades.
-    edge_amount, tyre_amount : float
-        Wear added at the outline, and under a tyre track.
+    edge_amount : float
+        Wear added at the outline.
+    tyre_amount : float
+        Wear added under a tyre track.
     size : float
         Metres of the patches that wear leaves.
+    seed : float
+        Of the patches: another one puts them elsewhere.
     """
 
     amount: float = attrs.field(validator=_share)
@@ -138,7 +152,17 @@ class Wear:
 
 @attrs.frozen
 class Chips:
-    """Flakes broken out down to the ground: `share` of the cells of `size` metres."""
+    """Flakes broken out down to the ground.
+
+    Attributes
+    ----------
+    size : float
+        Metres of the cells that flakes are.
+    share : float
+        Share of the cells that have broken out.
+    seed : float
+        Of the cells: another one breaks others out.
+    """
 
     size: float = attrs.field(validator=within(0.005, 1.0))
     share: float = attrs.field(validator=_share)
@@ -147,7 +171,17 @@ class Chips:
 
 @attrs.frozen
 class Cracks:
-    """A network of cracks through the paint: cells of `size`, cracks of `width` metres."""
+    """A network of cracks through the paint.
+
+    Attributes
+    ----------
+    size : float
+        Metres of the cells between cracks.
+    width : float
+        Metres across a crack.
+    seed : float
+        Of the network: another one runs elsewhere.
+    """
 
     size: float = attrs.field(validator=within(0.02, 5.0))
     width: float = attrs.field(validator=within(0.0005, 0.1))
@@ -156,7 +190,17 @@ class Cracks:
 
 @attrs.frozen
 class Dirt:
-    """Dust and rubber that darken the paint by up to `strength`, in stains of `size` metres."""
+    """Dust and rubber that darken the paint.
+
+    Attributes
+    ----------
+    size : float
+        Metres of the stains.
+    strength : float
+        Share of the paint's light that the darkest stain takes away.
+    seed : float
+        Of the stains: another one puts them elsewhere.
+    """
 
     size: float = attrs.field(validator=within(0.01, 10.0))
     strength: float = attrs.field(validator=_share)
@@ -173,13 +217,15 @@ class Pattern:
     Attributes
     ----------
     kind : str
-        One of PATTERNS.
+        What the pattern is made of, one of PATTERNS.
     size : float
         Period in metres.
     angle : float
         Radians, counter-clockwise.
     strength : float
         Share of the paint's opacity that the pattern takes away in its dark parts.
+    seed : float
+        Of the pattern: another one shifts it.
     """
 
     kind: str = attrs.field(validator=one_of(*PATTERNS))
@@ -223,10 +269,11 @@ class Marking:
     ----------
     kind : str
         "slot" for slot lines, "original" for the image's own markings re-painted, "former" for an older coat
-        that shows below (not a label), "symbol" for arrows, letters and the like.
+        that shows below and "floor" for painted ground (no labels), "aisle" for lines beside a row, crossings and
+        hatching, "symbol" for arrows, letters and the like.
     """
 
-    kind: str = attrs.field(validator=one_of("slot", "original", "former", "symbol"))
+    kind: str = attrs.field(validator=one_of("slot", "original", "former", "floor", "aisle", "symbol"))
     paint: Paint
     strokes: tuple[Stroke, ...] = ()
     areas: tuple[Area, ...] = ()
@@ -243,7 +290,7 @@ class Slot:
         ends are the marking points (centre lines crossing); the slot lies to the left of p1 → p2. p4 lies behind
         p1, p3 behind p2, along the separating lines.
     kind : str
-        "perpendicular", "parallel" or "slanted".
+        How it lies to the aisle: "perpendicular", "parallel" or "slanted".
     marks : tuple of 2 str
         "T" or "L", the shape of the marking point at p1 and at p2.
     outline : str
@@ -259,7 +306,15 @@ class Slot:
 
 @attrs.frozen
 class Tyres:
-    """Where wheels roll: centre paths of the tracks and their width, for wear and dirt."""
+    """Where wheels roll, for wear and dirt.
+
+    Attributes
+    ----------
+    tracks : tuple of Path
+        Centre paths of the tracks.
+    width : float
+        Metres across a track.
+    """
 
     tracks: tuple[Path, ...] = attrs.field(validator=within(-REACH, REACH))
     width: float = attrs.field(validator=within(0.05, 1.0))
@@ -326,7 +381,13 @@ class Blend:
 
 @attrs.frozen
 class Brightness:
-    """Illumination channel × `factor` (paper: 0.5–1.5)."""
+    """Illumination of the whole image (paper: 0.5–1.5).
+
+    Attributes
+    ----------
+    factor : float
+        How many times as bright the illumination channel becomes.
+    """
 
     factor: float = attrs.field(validator=within(0.0, 10.0))
 
@@ -338,9 +399,9 @@ class Noise:
     Attributes
     ----------
     kind : str
-        "gaussian", "laplacian" or "salt-and-pepper".
+        How it is distributed: "gaussian", "laplacian" or "salt-and-pepper".
     amount : float
-        Standard deviation in 8-bit levels; for salt-and-pepper the share of pixels hit.
+        Standard deviation in levels of 255; for salt-and-pepper the share of pixels hit.
     """
 
     kind: str = attrs.field(validator=one_of("gaussian", "laplacian", "salt-and-pepper"))

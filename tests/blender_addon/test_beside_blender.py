@@ -182,6 +182,31 @@ def test_a_full_disk_is_told_and_nothing_is_lost(drawn, tmp_path, monkeypatch):
     assert drawn.pavemark.document == changed != before
 
 
+def test_a_disk_that_fills_during_a_batch_is_told_in_a_line(clean, tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    start(clean, out, monkeypatch, trouble="full@1")
+    wait(lambda: not running.children)
+    kind, line = running.outcomes[running.BATCH]
+    assert (kind, line) == ("ERROR", f"{out / 'images' / '000001.png'}: cannot be written: No space left on device")
+    assert (out / "images" / "000000.png").exists() and not list(out.rglob("*.part"))
+    start(clean, out, monkeypatch)
+    wait(lambda: not running.children)
+    kind, line = running.outcomes[running.BATCH]
+    assert (kind, line) == ("INFO", f"3 of 3 images in {out}, 2 of them made now")
+
+
+def test_a_batch_that_finds_no_room_for_its_job_is_told_in_a_line(clean, tmp_path, monkeypatch):
+    def full(_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(RuntimeError) as refused:
+        start(clean, tmp_path / "out", monkeypatch)
+    (line,) = str(refused.value).strip().splitlines()
+    assert line.endswith("pavemark-job.toml: cannot be written: No space left on device")
+    assert not running.children and not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize(
     ("line", "said"),
     [

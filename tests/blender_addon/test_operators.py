@@ -4,6 +4,7 @@ import hashlib
 import json
 import shutil
 import time
+import tomllib
 from pathlib import Path
 
 import attrs
@@ -19,7 +20,7 @@ from pavemark.scene import Scene
 bpy = pytest.importorskip("bpy", reason="the bpy wheel is not installed")
 
 from blender_addon import backdrop, document, lines, operators, running, shot  # noqa: E402 - needs bpy
-from blender_addon.effects import EFFECTS  # noqa: E402
+from blender_addon.effects import EFFECTS, LIGHT  # noqa: E402
 from blender_addon.operators import batch  # noqa: E402
 from pavemark.compose.image import compose  # noqa: E402
 
@@ -325,6 +326,43 @@ def test_a_job_is_exported_as_the_panel_says(drawn, inputs, tmp_path):
     assert (job.shape.open, job.shape.closed, job.shape.corner) == (1.0, 0.0, 0.0)
     assert Path(job.images).resolve() == inputs / "images"
     assert 'images = "../' in path.read_text()
+
+
+@pytest.mark.parametrize("name", ["export_job", "save_scene"])
+def test_nothing_is_written_into_a_folder_that_was_mistyped(drawn, name, tmp_path):
+    (tmp_path / "jobs").mkdir()
+    (tmp_path / "file").touch()
+    for folder in ("jbos", "jobs/deep/er", "file"):
+        with pytest.raises(RuntimeError) as refused:
+            getattr(bpy.ops.pavemark, name)(filepath=str(tmp_path / folder / "it.json"))
+        (line,) = str(refused.value).strip().splitlines()
+        assert line == f"Error: {tmp_path / folder}: is no folder that is there: make it first, or choose another one"
+    assert {path.name for path in tmp_path.rglob("*")} == {"jobs", "file"}
+    getattr(bpy.ops.pavemark, name)(filepath=str(tmp_path / "jobs" / "it.json"))
+    assert (tmp_path / "jobs" / "it.json").is_file()
+
+
+def test_a_job_says_what_its_light_is_drawn_from(drawn, tmp_path):
+    path, settings = tmp_path / "job.toml", drawn.pavemark
+
+    def told():
+        bpy.ops.pavemark.export_job(filepath=str(path))
+        read(path, {})
+        return {name: table for name, table in tomllib.loads(path.read_text()).items() if name in ("sun", *LIGHT)}
+
+    assert not {name for name, table in told().items() if table.keys() - {"rate"}}
+    settings.wet.use = True
+    assert told().keys() == {"wet"}
+    assert told()["wet"].keys() == {"rate", "share", "pools", "size", "darkening", "sky", "around", "skyline"}
+    assert (told()["wet"]["rate"], told()["wet"]["share"], told()["wet"]["skyline"]) == (1.0, [0.1, 0.9], [5.0, 30.0])
+    settings.wet.use = False
+    settings.shadows.use = settings.glare.use = True
+    assert told().keys() == {"sun", "shadows", "glare"}
+    assert told()["sun"] == {"azimuth": [-180.0, 180.0], "elevation": [12.0, 60.0], "angle": [0.53, 2.0]}
+    assert told()["shadows"]["kinds"] == ["tree", "pole", "car", "roof"]
+    assert {"ceiling", "length", "gap", "rows", "radiance"} <= told()["glare"].keys()
+    settings.draw = "preset"
+    assert told() == {}, "the preset simulates no light"
 
 
 def test_a_largest_error_is_the_jobs_and_the_panels(drawn):

@@ -3,13 +3,15 @@
 import attrs
 import pytest
 
+from pavemark.light import Sun
 from pavemark.records import Within, bounds, optional_records
 from pavemark.scene import Paint, Scene
 
 bpy = pytest.importorskip("bpy", reason="the bpy wheel is not installed")
 
 from blender_addon.effects import EFFECTS, OTHERS, TEXTURE, WITH_SLOTS  # noqa: E402 - needs bpy
-from blender_addon.properties.fields import shown  # noqa: E402
+from blender_addon.properties.fields import shown, value  # noqa: E402
+from blender_addon.properties.hearing import deaf  # noqa: E402
 
 
 def test_every_effect_of_the_contract_has_a_group_and_a_place(opened):
@@ -46,3 +48,62 @@ def test_lengths_and_angles_have_units(opened):
 
 def test_records_without_bounds_have_none():
     assert bounds(attrs.fields(Scene).markings, Within) is None
+
+
+def properties(cls, path=""):
+    """(path, property) of a group and all groups in it."""
+    for name in cls.__annotations__:
+        prop = cls.bl_rna.properties[name]
+        if prop.type in {"POINTER", "COLLECTION"}:
+            yield from properties(cls.__annotations__[name].keywords["type"], f"{path}{name}.")
+        else:
+            yield f"{path}{name}", prop
+
+
+def test_every_property_has_a_tooltip_of_its_own(opened):
+    found = list(properties(type(opened.pavemark)))
+    assert len(found) > 90
+    said = {}
+    for path, prop in found:
+        assert len(prop.description) >= 10, path
+        said.setdefault(prop.description, []).append(path)
+    assert [paths for paths in said.values() if len(paths) > 1] == []
+
+
+@pytest.mark.parametrize(
+    ("path", "unit", "subtype"),
+    [
+        ("relief.height", "LENGTH", "DISTANCE"),
+        ("relief.bevel", "LENGTH", "DISTANCE"),
+        ("wet.skyline", "ROTATION", "ANGLE"),
+        ("sun.elevation", "ROTATION", "ANGLE"),
+        ("sun.azimuth", "ROTATION", "ANGLE"),
+        ("curvature.alpha", "NONE", "PIXEL"),
+        ("lamp.place", "LENGTH", "TRANSLATION"),
+        ("lamp.radius", "LENGTH", "DISTANCE"),
+        ("tubes.length", "LENGTH", "DISTANCE"),
+    ],
+)
+def test_units(opened, path, unit, subtype):
+    prop = dict(properties(type(opened.pavemark)))[path]
+    assert (prop.unit, prop.subtype) == (unit, subtype)
+
+
+def test_what_blender_has_no_unit_for_is_named(opened):
+    assert opened.pavemark.noise.bl_rna.properties["amount"].name == "Amount, Levels or Share"
+
+
+@pytest.mark.parametrize("end", ["hard_min", "hard_max"])
+def test_a_slider_at_its_end_is_within_the_records_bounds(opened, end):
+    """Blender keeps 24 bits of a bound: the last of them may lie beyond."""
+    told, checked = opened.pavemark, 0
+    with deaf():
+        for group, record in [(getattr(told, name), each) for name, each in EFFECTS.items()] + [(told.sun, Sun)]:
+            for field, attribute in shown(record).items():
+                limits, prop = bounds(attribute, Within), group.bl_rna.properties[field]
+                if limits is not None and prop.type == "FLOAT":
+                    at = getattr(prop, end)
+                    setattr(group, field, (at,) * prop.array_length if prop.is_array else at)
+                    limits(None, attribute, value(group, record, field))
+                    checked += 1
+    assert checked > 25

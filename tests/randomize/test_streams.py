@@ -35,6 +35,7 @@ EFFECTS = (
     ("shadows", ("shadows",)),
     ("wet", ("wet",)),
     ("glare", ("glare",)),
+    ("aisle", ("aisle",)),
 )
 
 
@@ -53,10 +54,13 @@ def without(scene: Scene, effect: str) -> Scene:
     """The scene with one effect taken out by hand."""
     if effect == "former":
         return attrs.evolve(scene, markings=tuple(m for m in scene.markings if m.kind != "former"))
+    if effect == "aisle":
+        return attrs.evolve(scene, markings=tuple(m for m in scene.markings if m.kind not in ("aisle", "floor")))
     if effect in {field.name for field in attrs.fields(Scene)}:
         return attrs.evolve(scene, **{effect: None})
     value = 1.0 if effect == "opacity" else None
-    new = [m for m in scene.markings if m.kind != "former"]
+    # A former coat and a painted floor have an opacity of their own.
+    new = [m for m in scene.markings if m.kind not in ("former", "floor")]
     plain = {id(m): attrs.evolve(m, paint=attrs.evolve(m.paint, **{effect: value})) for m in new}
     return attrs.evolve(scene, markings=tuple(plain.get(id(m), m) for m in scene.markings))
 
@@ -99,6 +103,7 @@ STREAMS = {
     "shadows": (Stage.SHADOWS,),
     "wet": (Stage.WET,),
     "glare": (Stage.GLARE,),
+    "aisle": (Stage.AISLE,),
 }
 TEXTURE = ("grain", "wear", "chips", "cracks", "dirt", "pattern", "opacity")
 """What the texture's streams are for, by number."""
@@ -211,7 +216,7 @@ def test_streams_differ_by_seed_index_stage_and_child():
 
 def test_stage_numbers_are_never_given_away_again():
     assert [stage.name for stage in sorted(Stage)][:4] == ["LAYOUT", "SHAPE", "COLOUR", "TEXTURE"]
-    assert len(set(Stage)) == 16
+    assert len(set(Stage)) == 17
     # The first draw of a known stream: it changes when the way seeds are made does.
     assert stream(7, 3, Stage.NOISE).integers(2**32) == 3763936583
 

@@ -8,7 +8,7 @@ torch = pytest.importorskip("torch", reason="torch is not installed: pip install
 from pavemark.training.detectors import training  # noqa: E402
 from pavemark.training.detectors.lessons import Lesson  # noqa: E402
 from pavemark.training.detectors.network import Points, activated, point_losses, targets  # noqa: E402
-from pavemark.training.detectors.training import fresh, tensor, train_detector  # noqa: E402
+from pavemark.training.detectors.training import FAMILIES, fresh, tensor, train_detector  # noqa: E402
 
 
 def crosses(count, size=(96, 64), known=True, seed=0):
@@ -24,7 +24,9 @@ def crosses(count, size=(96, 64), known=True, seed=0):
             image[v - across[1] : v + across[1], u - across[0] : u + across[0]] = 220
             for along in range(14):
                 image[v + along * y - 2 : v + along * y + 2, u + along * x - 2 : u + along * x + 2] = 220
-        made.append(Lesson(image, points, *((steps.astype(float), np.zeros(2, bool)) if known else (None, None))))
+        made.append(
+            Lesson(image, points, *((steps.astype(float), np.zeros(2, bool), np.array([[0, 1]])) if known else ()))
+        )
     return made
 
 
@@ -32,15 +34,16 @@ def weights(network):
     return {name: value.numpy().tobytes() for name, value in network.state_dict().items()}
 
 
-def test_the_same_call_gives_the_same_bytes_whatever_torch_did_before():
+@pytest.mark.parametrize("family", FAMILIES)
+def test_the_same_call_gives_the_same_bytes_whatever_torch_did_before(family):
     lessons = crosses(6)
     torch.manual_seed(1)
-    one = train_detector("dmpr", [lessons], 6, 0, batch=3)
+    one = train_detector(family, [lessons], 4, 0, batch=3)
     torch.manual_seed(2)
     before = torch.get_rng_state()
-    two = train_detector("dmpr", [lessons], 6, 0, batch=3)
+    two = train_detector(family, [lessons], 4, 0, batch=3)
     assert torch.equal(before, torch.get_rng_state())
-    assert weights(one) == weights(two) != weights(train_detector("dmpr", [lessons], 6, 1, batch=3))
+    assert weights(one) == weights(two) != weights(train_detector(family, [lessons], 4, 1, batch=3))
 
 
 class Cut(Exception):
@@ -65,6 +68,21 @@ def test_it_goes_on_after_a_cut(tmp_path, monkeypatch):
     )
     assert steps == [7, 8] and weights(went_on) == weights(whole)
     assert not (tmp_path / "state").exists()
+
+
+def test_a_state_of_other_images_is_not_taken_up(tmp_path, monkeypatch):
+    monkeypatch.setattr(training, "KEEP", 2)
+
+    def until(step, told):
+        if step == 3:
+            raise Cut
+
+    options = {"batch": 2, "state": tmp_path / "state"}
+    with pytest.raises(Cut):
+        train_detector("dmpr", [crosses(4)], 4, 0, data="one", tell=until, **options)
+    steps = []
+    train_detector("dmpr", [crosses(4)], 4, 0, data="other", tell=lambda step, told: steps.append(step), **options)
+    assert steps == [1, 2, 3, 4]
 
 
 def test_it_learns_where_points_lie_and_point():

@@ -24,7 +24,7 @@ def test_without_torch_it_says_what_to_install(tmp_path, capfd):
 
 
 def test_a_network_that_there_is_not(tmp_path, capfd):
-    assert "'segmenters' is not one of 'segmenter', 'inpainter'" in refused(capfd, "segmenters", "--out", "a.onnx")
+    assert "No such command 'segmenters'" in refused(capfd, "segmenters", "--out", "a.onnx")
 
 
 def test_a_model_is_not_written_over(tmp_path, capfd):
@@ -43,3 +43,23 @@ def test_where_nothing_can_be_written_nothing_is_begun(tmp_path, capfd):
 
 def test_another_ending_is_refused(tmp_path, capfd):
     assert "a file ending in .onnx is allowed" in refused(capfd, "inpainter", "--out", tmp_path / "model.pt")
+
+
+def test_a_detector_needs_data(tmp_path, capfd):
+    assert "Missing option '--data'" in refused(capfd, "detector", "--out", tmp_path / "a.onnx")
+
+
+def test_a_family_that_there_is_not(tmp_path, capfd):
+    said = refused(capfd, "detector", "--family", "yolo", "--data", tmp_path, "--out", tmp_path / "a.onnx")
+    assert "'yolo' is not one of 'dmpr', 'gcn', 'deepps'" in said
+
+
+def test_a_share_for_each_dataset(tmp_path, capfd):
+    words = ("--data", tmp_path, "--data", tmp_path, "--share", "0.5", "--out", tmp_path / "a.onnx")
+    assert "1 for 2 datasets" in refused(capfd, "detector", *words)
+
+
+def test_weights_are_not_written_over(tmp_path, capfd):
+    (tmp_path / "a.pt").write_bytes(b"weeks of work")
+    assert "a.pt: is there already" in refused(capfd, "detector", "--data", tmp_path, "--out", tmp_path / "a.onnx")
+    assert (tmp_path / "a.pt").read_bytes() == b"weeks of work"

@@ -7,22 +7,12 @@ from pathlib import Path
 
 import click
 
-from pavemark.cli.words import Folder, faults_kept, led, told
+from pavemark.cli.words import Folder, Part, faults_kept, led, told
 from pavemark.job.config import read
 from pavemark.job.journal import Shard
 from pavemark.job.progress import shown
 from pavemark.job.run import PATIENCE, RECYCLE, Machine, run
 from pavemark.system import cores
-
-
-class _Shard(click.ParamType):
-    name = "K/N"
-
-    def convert(self, value, param, ctx):
-        part, _, parts = value.partition("/")
-        if not (part.isdecimal() and parts.isdecimal() and int(part) < int(parts)):
-            self.fail(f"{value!r}: allowed is K/N with K from 0 to N - 1, such as 3/16", param, ctx)
-        return Shard(int(part), int(parts))
 
 
 @click.command("render")
@@ -44,7 +34,7 @@ class _Shard(click.ParamType):
 )
 @click.option("--set", "settings", metavar="FIELD=VALUE", multiple=True, help="Any other line of a job file.")
 @click.option("--workers", type=click.IntRange(1, 1024), default=cores, show_default="all cores", help="Processes.")
-@click.option("--shard", type=_Shard(), default="0/1", help="Make part K of N only, counted from 0.")
+@click.option("--shard", type=Part(), default="0/1", help="Make part K of N only, counted from 0.")
 @click.option("--recycle", type=click.IntRange(1), default=RECYCLE, help="Images a process.", hidden=True)
 @click.option(
     "--patience", type=click.FloatRange(1.0), default=PATIENCE, help="Seconds an image may take.", hidden=True

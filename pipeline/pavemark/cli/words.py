@@ -17,6 +17,7 @@ import click
 
 from pavemark.errors import InputError
 from pavemark.job.config import merge, setting
+from pavemark.job.journal import Shard
 from pavemark.job.progress import EVERY
 from pavemark.job.run import LOG, log
 from pavemark.system import reader_gone
@@ -39,6 +40,18 @@ class Number(click.FloatRange):
         if not math.isfinite(number):
             self.fail(f"{value}: a finite number is allowed", param, ctx)
         return number
+
+
+class Part(click.ParamType):
+    """A part of the work, for one of several machines."""
+
+    name = "K/N"
+
+    def convert(self, value, param, ctx):
+        part, _, parts = value.partition("/")
+        if not (part.isdecimal() and parts.isdecimal() and int(part) < int(parts)):
+            self.fail(f"{value!r}: allowed is K/N with K from 0 to N - 1, such as 3/16", param, ctx)
+        return Shard(int(part), int(parts))
 
 
 def led(command):

@@ -60,3 +60,6 @@ class Detector(Protocol):
 
     def embedding(self, image: np.ndarray, frame: Frame) -> np.ndarray:
         """What the image looks like to the detector: (E,) float64. Near-duplicates lie close to each other."""
+
+    def look(self, image: np.ndarray, frame: Frame) -> tuple[np.ndarray, np.ndarray]:
+        """`grid` and `embedding` at the price of one."""

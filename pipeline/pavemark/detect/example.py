@@ -32,7 +32,8 @@ class Example:
         Positions in `points` of p1 and p2 of each slot; None where the labels are points alone.
     groups : dict of str to str
         What images are sorted by: "plate" (the real image it was painted on), "domain" (effects that not every
-        image has), "kind" (of its slots), "place", "scene", "side". What is not known is not there.
+        image has), "kind" (of its slots, or "original" where its plate's own markings were painted anew), "place",
+        "scene", "side". What is not known is not there.
     """
 
     name: str

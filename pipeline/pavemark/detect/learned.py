@@ -75,6 +75,11 @@ class Learned:
         """
         return self._looked(image, frame, "embedding")[0][0].astype(np.float64)
 
+    def look(self, image: np.ndarray, frame: Frame) -> tuple[np.ndarray, np.ndarray]:
+        """`grid` and `embedding` at the price of one; it raises what they raise."""
+        said, seen = self._looked(image, frame, "grid", "embedding")
+        return self._shares(said[0, :3]).transpose(1, 2, 0), seen[0].astype(np.float64)
+
     def detect(self, image: np.ndarray, frame: Frame) -> Detection:
         """Find points and slots in an image (H, W, 3) uint8, display sRGB.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -27,7 +27,7 @@ OPTIONAL = ("curvature", "relief", "shadows", "wet", "glare", "brightness", "noi
 """Effects that tell the domain of an image; the others are in every image, or in the plate."""
 
 
-def examples(dataset: Path, height: float | None = None) -> Iterator[Example]:
+def examples(dataset: Path, height: float | None = None, only: Container[str] | None = None) -> Iterator[Example]:
     """The labelled images of a dataset, one after the other, in its own order.
 
     Parameters
@@ -39,6 +39,8 @@ def examples(dataset: Path, height: float | None = None) -> Iterator[Example]:
         `side`.
     height : float or None
         Metres that the height of a picture spans, for lines of a `labels.jsonl` without `scale`.
+    only : container of str or None
+        Names of the images that are wanted, where they are not all; the labels of others are not opened.
 
     Yields
     ------
@@ -55,11 +57,11 @@ def examples(dataset: Path, height: float | None = None) -> Iterator[Example]:
     if not dataset.is_dir():
         raise InputError(dataset, "is no folder: a dataset is allowed")
     if (dataset / SELECTION).exists():
-        found = _selected(dataset)
+        found = _made(source(dataset), dataset / MANIFEST, only)
     elif (dataset / "job.json").exists():
-        found = _made(dataset, dataset / MANIFEST)
+        found = _made(dataset, dataset / MANIFEST, only)
     elif (dataset / LISTED).exists():
-        found = _listed(dataset, height)
+        found = (each for each in _listed(dataset, height) if only is None or each.name in only)
     else:
         raise InputError(
             dataset,
@@ -87,6 +89,39 @@ def count(dataset: Path) -> int:
     return sum(1 for _ in _lines(path))
 
 
+def manifest(dataset: Path) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Names of the images of a dataset that Pavemark made, or of a selection, with their lines of the manifest.
+
+    No label and no picture is opened.
+
+    Raises
+    ------
+    InputError
+        When it has no manifest, or a line of it is not what it should be.
+    """
+    path = Path(dataset) / MANIFEST
+    for number, line in _lines(path):
+        yield _name(_image_of(line, path, number)), line
+
+
+def source(dataset: Path) -> Path:
+    """The folder in which the images of a dataset lie: for a selection, that of the dataset it was made from.
+
+    Raises
+    ------
+    InputError
+        When the record of a selection does not tell.
+    """
+    record = Path(dataset) / SELECTION
+    if not record.exists():
+        return Path(dataset)
+    told = read_json(record)
+    folder = told.get("dataset") if isinstance(told, dict) else None
+    if not isinstance(folder, str):
+        raise InputError(record, f"dataset = {folder!r}: the folder of the dataset, from here, is allowed")
+    return Path(os.path.normpath(Path(dataset) / folder))
+
+
 def picture(example: Example) -> np.ndarray:
     """The picture of a labelled image.
 
@@ -110,16 +145,7 @@ def picture(example: Example) -> np.ndarray:
     return pixels
 
 
-def _selected(dataset: Path) -> Iterator[Example]:
-    record = dataset / SELECTION
-    told = read_json(record)
-    folder = told.get("dataset") if isinstance(told, dict) else None
-    if not isinstance(folder, str):
-        raise InputError(record, f"dataset = {folder!r}: the folder of the dataset, from here, is allowed")
-    return _made(Path(os.path.normpath(dataset / folder)), dataset / MANIFEST)
-
-
-def _made(folder: Path, manifest: Path) -> Iterator[Example]:
+def _made(folder: Path, manifest: Path, only: Container[str] | None) -> Iterator[Example]:
     record = folder / "job.json"
     told = read_json(record)
     if not isinstance(told, dict):
@@ -129,11 +155,13 @@ def _made(folder: Path, manifest: Path) -> Iterator[Example]:
         raise InputError(record, f'formats = {formats}: "dmpr" among them is needed, for marking points and slots')
     for number, line in _lines(manifest):
         name = _image_of(line, manifest, number)
+        if only is not None and _name(name) not in only:
+            continue
         stem = PurePosixPath(name).stem
         points, directions, l_shaped, slots = _dmpr(folder / "labels" / "dmpr" / f"{stem}.json")
         frame, groups = _scene(folder / "scenes" / f"{stem}.json")
         yield Example(
-            name=str(PurePosixPath(name).with_suffix("")),
+            name=_name(name),
             image=folder / name,
             frame=frame,
             points=points,
@@ -142,6 +170,10 @@ def _made(folder: Path, manifest: Path) -> Iterator[Example]:
             slots=slots,
             groups={"plate": str(line.get("input", "")), **groups},
         )
+
+
+def _name(image: str) -> str:
+    return str(PurePosixPath(image).with_suffix(""))
 
 
 def _image_of(line: dict[str, Any], manifest: Path, number: int) -> str:
@@ -157,6 +189,7 @@ def _scene(path: Path) -> tuple[Frame, dict[str, str]]:
         # A scene leaves out what has its default.
         frame = Frame(**scene["plate"].get("frame", {}))
         kinds = {slot["kind"] for slot in scene.get("slots", ())}
+        kinds |= {"original" for marking in scene.get("markings", ()) if marking["kind"] == "original"}
         shown = [name for name in OPTIONAL if scene.get(name) is not None]
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         fault = f"{type(error).__name__}: {error}"
@@ -207,7 +240,7 @@ def _listed(dataset: Path, height: float | None) -> Iterator[Example]:
             u, v = points[outside][0]
             raise InputError(where, f"points: ({u:g}, {v:g}): within the picture of {width}×{tall} is allowed")
         yield Example(
-            name=str(PurePosixPath(name).with_suffix("")),
+            name=_name(name),
             image=dataset / name,
             frame=frame,
             points=points,

@@ -17,8 +17,8 @@ from pavemark.scene import Point, Scene
 SAME_POINT = 1e-3
 """Metres: corners of two slots that lie closer than this, before the curvature, are one marking point."""
 
-LABELLED = ("slot", "original", "symbol")
-"""Kinds of marking that are labelled; a "former" coat is background."""
+LABELLED = ("slot", "original", "aisle", "symbol")
+"""Kinds of marking that are labelled; a "former" coat and a painted "floor" are background."""
 
 OUTSIDE, HIDDEN, VISIBLE = 0, 1, 2
 

@@ -9,6 +9,7 @@ import attrs
 
 from pavemark import assets
 from pavemark.randomize import (
+    aisle,
     brightness,
     colour,
     curvature,
@@ -35,6 +36,7 @@ class Domains:
     colour: colour.Ranges = attrs.field(factory=colour.Ranges)
     texture: texture.Ranges = attrs.field(factory=texture.Ranges)
     noise: noise.Ranges = attrs.field(factory=noise.Ranges)
+    aisle: aisle.Ranges = attrs.field(factory=aisle.Ranges)
     curvature: curvature.Ranges = attrs.field(factory=curvature.Ranges)
     brightness: brightness.Ranges = attrs.field(factory=brightness.Ranges)
     blend: Blend = attrs.field(factory=Blend)

@@ -7,6 +7,7 @@ import attrs
 from pavemark.light import Sun
 from pavemark.plate import Plate
 from pavemark.randomize import (
+    aisle,
     brightness,
     colour,
     curvature,
@@ -33,7 +34,8 @@ from pavemark.scene import Area, Marking, Paint, Scene
 
 _SYMBOL_MARKING = 100
 _FORMER_MARKING = 200
-"""Numbers under which symbols and former coats draw their texture or colour: rows are 0 and 1, with room to grow."""
+_AISLE_MARKING = 300
+"""Numbers under which what is no row draws its texture or colour: rows are 0 and 1, with room to grow."""
 
 
 def randomize(
@@ -90,10 +92,16 @@ def randomize(
         markings.append(Marking("original", textured(0, coloured(0)), areas=original))
     if rows:
         paint = coloured(0)
+        beside = aisle.sample(rng(Stage.AISLE), domains.aisle)
+        for row in rows if beside is not None else ():
+            markings += aisle.floors(beside, row)
         for number, row in enumerate(rows):
             old = former.sample(rng(Stage.FORMER, number), domains.texture.former)
             if old is not None:
                 markings.append(former.marking(old, row, coloured(_FORMER_MARKING + number)))
+        if beside is not None:
+            line = textured(_AISLE_MARKING, coloured(_AISLE_MARKING))
+            markings += filter(None, (aisle.marking(beside, row, line) for row in rows))
         sign = symbols.sample(rng(Stage.SYMBOL), domains.layout.symbol_rate)
         if sign is not None:
             markings.append(symbols.marking(sign, rows[0], textured(_SYMBOL_MARKING, paint)))

@@ -30,6 +30,7 @@ class Stage(IntEnum):
     SHADOWS = 13
     WET = 14
     GLARE = 15
+    AISLE = 16
 
 
 def stream(job_seed: int, index: int, stage: Stage, *children: int) -> np.random.Generator:

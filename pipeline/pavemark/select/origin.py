@@ -5,13 +5,12 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
-import os
 from pathlib import Path
 
 import numpy as np
 
 from pavemark.detect.example import Example
-from pavemark.detect.reading import LISTED, SELECTION
+from pavemark.detect.reading import LISTED, SELECTION, source
 from pavemark.errors import InputError
 from pavemark.records import read_json
 
@@ -33,6 +32,8 @@ def dataset_hash(dataset: Path) -> str:
         if not isinstance(told, dict):
             raise InputError(folder / "job.json", "is not the record of a job")
         return _hash(json.dumps({name: told[name] for name in told if name not in _GROWS}, sort_keys=True).encode())
+    if not (folder / LISTED).exists():
+        raise InputError(folder, "is no dataset: a folder that pavemark render or select wrote is allowed")
     return _hash(_read(folder / LISTED).split(b"\n", 1)[0].strip())
 
 
@@ -40,17 +41,6 @@ def selection_hash(dataset: Path) -> str:
     """Which images of its dataset a selection has; empty for a dataset."""
     path = dataset / SELECTION
     return _hash(_read(path)) if path.exists() else ""
-
-
-def source(dataset: Path) -> Path:
-    """The folder of the dataset that a selection was made from; that of any other dataset is its own."""
-    if not (dataset / SELECTION).exists():
-        return dataset
-    told = read_json(dataset / SELECTION)
-    folder = told.get("dataset") if isinstance(told, dict) else None
-    if not isinstance(folder, str):
-        raise InputError(dataset / SELECTION, f"dataset = {folder!r}: the folder of the dataset, from here, is allowed")
-    return Path(os.path.normpath(dataset / folder))
 
 
 def mark(example: Example) -> bytes:

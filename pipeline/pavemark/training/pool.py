@@ -55,7 +55,7 @@ def drawn(folder: Path, count: int, seed: int, workers: int, tell: Callable[[int
             # What is not counted is drawn again: the count follows the pixels, and not too often.
             if number % 50 == 49 or number == count - 1:
                 pool.flush()
-                done.write_text(str(number + 1), encoding="utf-8")
+                done.write_text(str(number + 1), encoding="utf-8", newline="\n")
             tell(number + 1)
     except OSError as error:
         raise InputError(folder, f"cannot be written: {error.strerror}") from None

@@ -109,7 +109,8 @@ def augmented(lesson: Lesson, size: tuple[int, int], rng: np.random.Generator, g
     ----------
     lesson : Lesson
     size : tuple of int
-        Width and height of the result. What the image does not reach repeats its border, as for the detector's input.
+        Width and height of the result. What the image does not reach repeats its border, as for the detector's input;
+        of a larger image a piece is taken.
     rng : Generator
     grain : ndarray
         From `noise`.
@@ -126,6 +127,7 @@ def augmented(lesson: Lesson, size: tuple[int, int], rng: np.random.Generator, g
     signs = np.where(flips, -1.0, 1.0)
     # About the middle of the image, which comes to lie where it would in a larger input: at the upper left.
     middle = np.array([width, height]) / 2
+    shift -= rng.random(2) * np.maximum(np.array([width, height]) - size, 0)
     for axis in np.flatnonzero(flips):
         lesson = mirrored(lesson, int(axis))
     matrix = np.zeros((2, 3))

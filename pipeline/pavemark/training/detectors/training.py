@@ -14,10 +14,12 @@ import torch
 from torch import nn
 
 from pavemark.files import write
+from pavemark.training.detectors.deepps import DeepPs
+from pavemark.training.detectors.gcn import Gcn
 from pavemark.training.detectors.lessons import Lesson, augmented, canvas, noise
 from pavemark.training.detectors.network import STRIDE, Points
 
-FAMILIES: dict[str, type[Points]] = {"dmpr": Points}
+FAMILIES: dict[str, type[Points]] = {kind.family: kind for kind in (Points, Gcn, DeepPs)}
 
 BATCH = 16
 """Images in a step."""
@@ -47,6 +49,7 @@ def train_detector(
     rate: float = RATE,
     start: dict[str, torch.Tensor] | None = None,
     state: Path | None = None,
+    data: str = "",
     tell: Tell | None = None,
 ) -> Points:
     """Train a detector.
@@ -75,6 +78,8 @@ def train_detector(
         Weights (`state_dict`) to begin from, those of its family or of the points alone.
     state : Path or None
         Where the state is kept as the training goes, and taken up again by the same call; gone at the end.
+    data : str
+        What tells these sets, and the start, from others: a state kept for others is not taken up.
     tell : callable or None
         Told every step, counted from 1, and the parts of its loss.
 
@@ -106,7 +111,7 @@ def train_detector(
     optimiser = torch.optim.AdamW(network.parameters(), lr=rate, weight_decay=DECAY)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, rate, total_steps=steps + 1, pct_start=0.1)
     parts = {"network": network, "averaged": averaged, "optimiser": optimiser, "schedule": schedule}
-    job = [family, steps, seed, batch, rate, *map(len, sets)]
+    job = [family, steps, seed, batch, rate, data, *map(len, sets)]
     first, states = (0, {}) if state is None else _taken_up(state, job)
     for name in states:
         parts[name].load_state_dict(states[name])

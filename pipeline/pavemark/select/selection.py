@@ -1,0 +1,175 @@
+"""A folder that tells which images of a dataset are kept, and has them as well where that is asked for."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import attrs
+
+from pavemark import __version__, files
+from pavemark.detect.reading import MANIFEST, SELECTION, manifest, source
+from pavemark.errors import InputError
+from pavemark.records import read_json
+from pavemark.select import report, scores
+from pavemark.select.candidate import Candidate
+from pavemark.select.choice import Wanted, chosen
+from pavemark.select.material import materialise
+from pavemark.select.origin import dataset_hash
+from pavemark.select.scores import Scores
+from pavemark.select.shards import Origin
+
+
+def select(
+    dataset: Path,
+    scored: Path,
+    out: Path,
+    wanted: Wanted,
+    learner: Path | None = None,
+    way: str | None = None,
+    step: Callable[[], None] = lambda: None,
+) -> tuple[int, int]:
+    """Select images of a dataset; the same call again makes the same folder.
+
+    `selection.json` tells what was asked for, `manifest.jsonl` lists the kept images, and `report.html` shows them.
+    The folder is a dataset to `pavemark.detect.reading.examples` as soon as its manifest is there.
+
+    Parameters
+    ----------
+    dataset : Path
+        What `pavemark render` made, or a selection of it.
+    scored : Path
+        Scores of its images, those of more images among them or not.
+    out : Path
+    wanted : Wanted
+    learner : Path or None
+        Scores under the detector that is to learn, for the strategy "learnable".
+    way : str or None
+        One of `pavemark.select.material.WAYS`: the images and labels are put into the folder.
+    step : callable
+        Called after each image that is put there.
+
+    Returns
+    -------
+    tuple of int
+        How many images are kept, and of how many.
+
+    Raises
+    ------
+    InputError
+        When dataset and scores do not belong together, so many images cannot be kept, the dataset lacks files, or the
+        folder cannot be written or holds something else.
+    """
+    reference = scores.read(scored)
+    candidates = of_dataset(reference, dataset)
+    other = None if learner is None else scores.read(learner)
+    if other is not None:
+        of_dataset(other, dataset)
+    files.writable(out)
+    kept = chosen(candidates, wanted, other and other.losses(), reference.embeddings)
+    told = record(dataset, out, wanted, reference.origin, other and other.origin, way is not None)
+    claim(out, dataset, told)
+    files.sweep(out)
+    if way is not None:
+        materialise(dataset, out, kept, way, step)
+    files.write(out / report.NAME, report.report(dataset, candidates, kept, told))
+    write(out, dataset, kept)
+    return len(kept), len(candidates)
+
+
+def of_dataset(scores: Scores, dataset: Path) -> list[Candidate]:
+    """The scored images that a dataset lists, in its order.
+
+    Raises
+    ------
+    InputError
+        When the scores are of another dataset, or it lists images that have none, or one twice.
+    """
+    if scores.origin.dataset != dataset_hash(dataset):
+        raise InputError(scores.folder, f"holds scores of another dataset than {dataset}")
+    by_name = {each.name: each for each in scores.candidates}
+    found: dict[str, Candidate] = {}
+    lacking, first = 0, ""
+    for name, _ in manifest(dataset):
+        if name in found:
+            raise InputError(dataset / MANIFEST, f"{name}: is listed twice: once is allowed")
+        if name in by_name:
+            found[name] = by_name[name]
+        else:
+            lacking, first = lacking + 1, first or name
+    if lacking:
+        raise InputError(scores.folder, f"lacks {lacking} of the images of {dataset}, the first is {first}")
+    return list(found.values())
+
+
+def record(
+    dataset: Path, out: Path, wanted: Wanted, scored: Origin, learner: Origin | None, standalone: bool
+) -> dict[str, Any]:
+    """What `selection.json` says.
+
+    Parameters
+    ----------
+    dataset, out : Path
+    wanted : Wanted
+    scored, learner : Origin
+        Of the scores, and of those of the detector that is to learn.
+    standalone : bool
+        Whether the kept images with their labels are in the folder of the selection, too.
+    """
+    where = Path(os.path.relpath(source(dataset).absolute(), out.absolute())).as_posix()
+    return {
+        "dataset": "." if standalone else where,
+        "source": where,
+        "listed": Path(os.path.relpath(dataset.absolute(), out.absolute())).as_posix(),
+        **attrs.asdict(wanted),
+        "family": scored.family,
+        "model": scored.model,
+        "learner_family": learner and learner.family,
+        "learner": learner and learner.model,
+        "pavemark": __version__,
+    }
+
+
+def claim(out: Path, dataset: Path, told: dict[str, Any]) -> None:
+    """Hold that a folder is free for a selection, or holds this one, and write its `selection.json`.
+
+    Raises
+    ------
+    InputError
+        When other files would be written over.
+    """
+    if out.absolute() in (dataset.absolute(), source(dataset).absolute()):
+        raise InputError(out, "is the folder of the dataset: another folder is allowed")
+    if out.exists() and not out.is_dir():
+        raise InputError(out, "is a file: a folder is allowed")
+    path = out / SELECTION
+    if path.exists():
+        there = read_json(path)
+        if there != told:
+            before = there if isinstance(there, dict) else {}
+            field = next(name for name in sorted(told.keys() | before.keys()) if told.get(name) != before.get(name))
+            what = f"{field} was {before.get(field)!r} and is {told.get(field)!r}"
+            raise InputError(out, f"holds another selection: {what}; use another folder")
+    elif out.exists() and any(not each.name.startswith(".") for each in out.iterdir()):
+        raise InputError(out, f"has files and no {SELECTION} that tells of them: use another folder")
+    files.write(path, json.dumps(told, indent=1, sort_keys=True) + "\n")
+
+
+def write(out: Path, dataset: Path, kept: Sequence[Candidate]) -> None:
+    """Write `manifest.jsonl`: the dataset's own lines of the images that are kept, in its order.
+
+    To each are added its name, its loss and its rank, from 1, in the order of the strategy.
+    """
+    ranks = {each.name: (rank, each.loss) for rank, each in enumerate(kept, 1)}
+
+    def parts() -> Iterator[bytes]:
+        for name, line in manifest(dataset):
+            if name in ranks:
+                rank, loss = ranks[name]
+                told = line | {"name": name, "loss": loss, "rank": rank}
+                yield json.dumps(told, separators=(",", ":"), allow_nan=False).encode() + b"\n"
+
+    files.write_parts(out / MANIFEST, parts())

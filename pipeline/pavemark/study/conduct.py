@@ -1,0 +1,164 @@
+"""Conducting a study: whatever it still lacks is made, a row after the other, and the tables are written."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import attrs
+
+from pavemark import files
+from pavemark.detect.example import Example
+from pavemark.detect.learned import opened
+from pavemark.evaluate.ensembles import VOTES
+from pavemark.job.progress import shown
+from pavemark.records import read_json
+from pavemark.select import scores as scored
+from pavemark.select.scores import Scores
+from pavemark.select.scoring import score
+from pavemark.study import pools, runs
+from pavemark.study.design import ALL, Row, Study
+from pavemark.study.judging import Verdict, judge
+from pavemark.study.places import split
+from pavemark.study.rows import Data, real, synthetic
+from pavemark.study.runs import Run
+from pavemark.study.training import Tell, train_all
+
+LEARNABLE = "learnable"
+
+
+@attrs.frozen(eq=False)
+class Trial:
+    """A row at one seed: the detectors to be trained for it, and how many images they learn from.
+
+    Attributes
+    ----------
+    row : Row
+    seed : int
+    runs : tuple of Run
+        One, or one a part.
+    real, synthetic : int
+        Images of each kind.
+    """
+
+    row: Row
+    seed: int
+    runs: tuple[Run, ...]
+    real: int
+    synthetic: int
+
+
+def conduct(study: Study, folder: Path, workers: int, tell: Tell, only_told: bool = False) -> list[Verdict]:
+    """Make what a study still lacks.
+
+    Parameters
+    ----------
+    study : Study
+    folder : Path
+        Where plates, pools, models, scores and results are kept: results under the hash of all they depend on.
+    workers : int
+        Processes that train, each with one thread, so that a detector does not depend on their number.
+    tell : callable
+        Told a line now and then.
+    only_told : bool
+        Whether rows whose detectors are there are told, and no other is trained.
+
+    Returns
+    -------
+    list of Verdict
+        In the order of the rows, each row's seeds in their order.
+
+    Raises
+    ------
+    InputError
+        When something is missing, or of no use.
+    """
+    parts = split(study)
+    made = pools.make(study, parts["train"], folder, workers)
+    data = Data(
+        tuple(parts["train"]),
+        {pool: tuple(pools.learnt_from(path, parts["train"])) for pool, path in made.items()},
+    )
+    first = next(row for row in study.rows if row.name == study.judge)
+    trial = trials(study, [first], data)[:1]
+    _train(trial, folder, workers, tell)
+    wanted = sorted({pool for row in study.rows if row.strategy != ALL for pool in row.pools})
+    data = attrs.evolve(data, scores=_scores(wanted, made, runs.model(trial[0].runs[0], folder), folder, tell))
+    learner = [row for row in study.rows if row.strategy == LEARNABLE]
+    if learner:
+        # Whoever has learned from as many images at random is who has yet to learn.
+        random = attrs.evolve(learner[0], strategy="random", seeds=(0,))
+        trial = trials(study, [random], data)
+        _train(trial, folder, workers, tell)
+        of = sorted({pool for row in learner for pool in row.pools})
+        data = attrs.evolve(data, learner=_scores(of, made, runs.model(trial[0].runs[0], folder), folder, tell))
+    wanted_trials = trials(study, study.rows, data)
+    if only_told:
+        wanted_trials = [
+            trial for trial in wanted_trials if all(runs.model(run, folder).exists() for run in trial.runs)
+        ]
+    _train(wanted_trials, folder, workers, tell)
+    return [verdict for trial in wanted_trials for verdict in _verdicts(study, trial, parts, folder)]
+
+
+def trials(study: Study, rows: Iterable[Row], data: Data) -> list[Trial]:
+    """The detectors of rows, with what each learns from."""
+    return [_trial(study, row, seed, data) for row in rows for seed in row.seeds]
+
+
+def _trial(study: Study, row: Row, seed: int, data: Data) -> Trial:
+    real_ones, drawn = real(row, data, seed), synthetic(row, data, seed)
+    training = study.training
+
+    def run(examples: Sequence[Example], steps: int, start: Run | None = None) -> Run:
+        return Run(tuple(examples), steps, seed, training, study.scale, start)
+
+    if row.fine_tune:
+        made = (run(real_ones, training.fine_tune_steps, run(drawn, training.steps)),)
+    elif row.parts > 1:
+        made = tuple(run(part, training.steps) for part in runs.chosen_by_parts([*real_ones, *drawn], row.parts, seed))
+    else:
+        made = (run([*real_ones, *drawn], training.steps),)
+    return Trial(row, seed, made, len(real_ones), len(drawn))
+
+
+def _train(wanted: Sequence[Trial], folder: Path, workers: int, tell: Tell) -> None:
+    """Train what lacks."""
+    of_each = [(f"{trial.row.name}, seed {trial.seed}", run) for trial in wanted for run in trial.runs]
+    train_all(of_each, folder, workers, tell)
+
+
+def _scores(wanted: Sequence[str], made: dict[str, Path], model: Path, folder: Path, tell: Tell) -> dict[str, Scores]:
+    found = {}
+    for pool in wanted:
+        out = folder / "scores" / model.stem / pool
+        tell(f"scores of {pool}")
+        score(made[pool], lambda: opened(model), out, shown(True))
+        found[pool] = scored.read(out)
+    return found
+
+
+def _verdicts(study: Study, trial: Trial, parts: dict[str, list[Example]], folder: Path) -> list[Verdict]:
+    models = [runs.model(run, folder) for run in trial.runs]
+    votes = [None] if len(models) == 1 else list(VOTES)
+    key = "-".join([models[0].stem, *(str(len(models)),)] if len(models) > 1 else [models[0].stem])
+    path = folder / "results" / f"{key}.json"
+    there = read_json(path) if path.exists() else {}
+    verdicts = []
+    for vote in votes:
+        name = vote or "alone"
+        if name not in there:
+            there[name] = judge([opened(model) for model in models], vote, parts, study.tolerance)
+            files.write(path, json.dumps(there, indent=1, sort_keys=True) + "\n")
+        called = trial.row.name if vote is None else f"{trial.row.name}, {vote}"
+        verdicts.append(Verdict(called, trial.row, trial.seed, trial.real, trial.synthetic, there[name]))
+    return verdicts
+
+
+def by_row(verdicts: Iterable[Verdict]) -> list[tuple[str, list[Verdict]]]:
+    """Verdicts of one name together, in their order."""
+    grouped: dict[str, list[Verdict]] = {}
+    for verdict in verdicts:
+        grouped.setdefault(verdict.name, []).append(verdict)
+    return list(grouped.items())

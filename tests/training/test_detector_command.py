@@ -1,0 +1,99 @@
+"""`pavemark train detector`: from datasets to a detector that opens, and on from there."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch", reason="torch is not installed: pip install 'pavemark[train]'")
+
+from pavemark import cli  # noqa: E402
+from pavemark.detect.learned import opened  # noqa: E402
+from pavemark.detect.reading import examples  # noqa: E402
+from pavemark.ground import Frame  # noqa: E402
+from pavemark.training.detectors.datasets import Lessons, digest, largest  # noqa: E402
+
+
+def listed(folder, count=3, size=(70, 40)):
+    """A list of points alone, at 20 pixels a metre."""
+    folder.mkdir()
+    rng = np.random.default_rng(0)
+    lines = []
+    for k in range(count):
+        cv2.imwrite(str(folder / f"{k}.png"), rng.integers(0, 255, (size[1], size[0], 3), dtype=np.uint8))
+        line = {"image": f"{k}.png", "w": size[0], "h": size[1], "scale": 20, "points": [[10 + k, 20.5]]}
+        lines.append(json.dumps(line))
+    (folder / "labels.jsonl").write_text("\n".join(lines))
+    return folder
+
+
+def run(capfd, *words):
+    with pytest.raises(SystemExit) as left:
+        cli.main(["train", "detector", "--threads", "1", "--batch", "2", *map(str, words)])
+    said = capfd.readouterr()
+    return left.value.code, said.err if left.value.code else said.out
+
+
+def test_a_detector_is_made_and_another_begins_from_it(tmp_path, capfd):
+    data = listed(tmp_path / "streets")
+    assert run(capfd, "--data", data, "--out", tmp_path / "a.onnx", "--steps", 2)[0] == 0
+    detector = opened(tmp_path / "a.onnx")
+    assert (detector.family, detector.pixels_per_metre) == ("dmpr", 20.0)
+    assert detector.grid(np.zeros((40, 70, 3), np.uint8), Frame(70, 40, 20.0)).shape == (3, 5, 3)
+    words = ("--data", data, "--data", data, "--share", 1, "--share", 3, "--steps", 1, "--start", tmp_path / "a.pt")
+    assert run(capfd, *words, "--out", tmp_path / "b.onnx", "--scale", 10)[0] == 0
+    assert opened(tmp_path / "b.onnx").pixels_per_metre == 10.0
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {"streets", "a.onnx", "a.pt", "b.onnx", "b.pt"}
+    assert torch.load(tmp_path / "a.pt", weights_only=True).keys() == torch.load(tmp_path / "b.pt").keys()
+
+
+def test_twice_the_same(tmp_path, capfd):
+    data = listed(tmp_path / "streets")
+    for name in ("a", "b"):
+        assert run(capfd, "--data", data, "--out", tmp_path / f"{name}.onnx", "--steps", 2)[0] == 0
+    assert (tmp_path / "a.onnx").read_bytes() == (tmp_path / "b.onnx").read_bytes()
+
+
+@pytest.mark.parametrize("content", [b"", b"no weights", None])
+def test_a_start_that_is_none(tmp_path, capfd, content):
+    start = tmp_path / "start.pt"
+    if content is None:
+        torch.save({"head.weight": torch.zeros(3)}, start)
+    else:
+        start.write_bytes(content)
+    words = ("--data", listed(tmp_path / "streets"), "--out", tmp_path / "a.onnx", "--start", start)
+    code, said = run(capfd, *words)
+    assert code == 2 and said.startswith(f"error: {start}: holds no weights of a detector") and said.count("\n") == 1
+    code, said = run(capfd, *words[:-1], tmp_path / "none.pt")
+    assert code == 2 and "none.pt: cannot be read" in said
+
+
+def test_points_alone_teach_no_pairs(tmp_path, capfd):
+    words = ("--family", "gcn", "--data", listed(tmp_path / "streets"), "--out", tmp_path / "a.onnx")
+    code, said = run(capfd, *words)
+    assert code == 2 and "gcn: needs images whose slots are labelled" in said
+
+
+def test_lessons_are_kept_as_far_as_memory_reaches(tmp_path):
+    shown = list(examples(listed(tmp_path / "streets")))
+    lessons = Lessons(shown, 20.0, memory=70 * 40 * 3 * 2)
+    assert lessons[0] is lessons[0] and lessons[2] is lessons[2]
+    assert lessons[1] is not lessons[1]
+    np.testing.assert_array_equal(lessons[1].image, cv2.imread(str(shown[1].image))[..., ::-1])
+    assert len(lessons) == 3
+    small = Lessons(shown, 10.0)[1]
+    assert small.image.shape == (20, 35, 3) and small.points.tolist() == [[5.5, 10.25]]
+
+
+def test_every_image_fits(tmp_path):
+    shown = list(examples(listed(tmp_path / "streets")))
+    assert largest(shown, 20.0, 16) == (80, 48)
+    assert largest(shown, 10.0, 16) == (48, 32)
+    assert largest(shown, 900.0, 16) == (640, 640)
+
+
+def test_a_dataset_is_told_from_another(tmp_path):
+    one, two = (list(examples(listed(tmp_path / name))) for name in ("a", "b"))
+    assert digest(one) == digest(two) != digest(two[:2])
