@@ -164,6 +164,8 @@ def test_groups_share_out_what_was_found():
     at = {name: rates(part.slots, 0.1) for name, part in parts.items()}
     told = {name: (each.hits, each.false_positives, each.misses) for name, each in at.items()}
     assert told == {"": (1, 1, 0), "x": (1, 1, 1), "y": (0, 0, 1)}
+    false, missed = parts["x"].slots.mistakes(0.1)
+    assert (false.tolist(), missed.tolist()) == ([1, 0], [0, 1])
     assert whole.clusters("place") == [(True, "x"), (True, "y"), (True, "x"), (False, "3")]
     assert len(set(whole.clusters())) == 4
 

@@ -71,3 +71,14 @@ def test_what_is_there_and_what_was_found_are_drawn_where_they_lie(tmp_path):
             assert near(drawn, (2 * u, 2 * v), other) == (other == colour)
     # What is below the threshold is not drawn.
     assert not near(drawn, (210, 80), FALSE, 4)
+
+
+def test_a_ring_lies_around_its_point(tmp_path):
+    dataset(tmp_path, [(0, [(50.25, 30.75)], [])])
+    (one,) = examples(tmp_path)
+    for scale in (1.0, 2.0, 4.0):
+        _, drawn = Mistakes(one, found(detection([], [])), BOTH).tiles(scale)
+        weight = drawn[..., 0].astype(float)
+        rows, columns = np.indices(weight.shape) + 0.5
+        centre = [(weight * along).sum() / weight.sum() for along in (columns, rows)]
+        np.testing.assert_allclose(centre, [50.25 * scale, 30.75 * scale], atol=0.1)
