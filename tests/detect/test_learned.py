@@ -47,6 +47,15 @@ def test_a_point_in_two_cells_is_told_once(tmp_path):
     np.testing.assert_allclose(found.points, [[16, 6.4]], atol=1e-4)
 
 
+def test_one_look_says_what_two_say(tmp_path):
+    detector = opened(graph(tmp_path / "a.onnx"))
+    image = np.random.default_rng(3).integers(0, 256, (41, 90, 3), np.uint8)
+    grid, embedding = detector.look(image, frame(90, 41))
+    np.testing.assert_array_equal(grid, detector.grid(image, frame(90, 41)))
+    np.testing.assert_array_equal(embedding, detector.embedding(image, frame(90, 41)))
+    assert grid.shape == (3, 6, 3) and embedding.shape == (3,) and grid.dtype == embedding.dtype == np.float64
+
+
 @pytest.mark.parametrize("size", [(90, 41), (8, 8), (8, 90), (96, 33)])
 def test_any_size_is_seen_whole(tmp_path, size):
     """The border goes on to whole cells, and a point that is said to lie there is none."""

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import multiprocessing
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import attrs
@@ -25,10 +23,9 @@ from pavemark.study.judging import Verdict, judge
 from pavemark.study.places import split
 from pavemark.study.rows import Data, real, synthetic
 from pavemark.study.runs import Run
+from pavemark.study.training import Tell, train_all
 
 LEARNABLE = "learnable"
-
-Tell = Callable[[str], None]
 
 
 @attrs.frozen(eq=False)
@@ -127,26 +124,9 @@ def _trial(study: Study, row: Row, seed: int, data: Data) -> Trial:
 
 
 def _train(wanted: Sequence[Trial], folder: Path, workers: int, tell: Tell) -> None:
-    """Train what lacks, several at a time."""
-    of_each = [(trial, run) for trial in wanted for run in trial.runs]
-    lacking = {run.key(): (trial, run) for trial, run in of_each if not runs.model(run, folder).exists()}
-    if not lacking:
-        return
-    # Two that start from one run would both train it.
-    starts = {run.start.key(): (trial, run.start) for trial, run in lacking.values() if run.start is not None}
-    for batch in (starts, lacking):
-        with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-            try:
-                tasks = {pool.submit(runs.train, run, folder): trial for trial, run in batch.values()}
-                for number, task in enumerate(as_completed(tasks), 1):
-                    task.result()
-                    trial = tasks[task]
-                    tell(f"trained {number}/{len(tasks)}: {trial.row.name}, seed {trial.seed}")
-            except BaseException:
-                pool.shutdown(wait=False, cancel_futures=True)
-                for process in list(pool._processes.values()):
-                    process.terminate()
-                raise
+    """Train what lacks."""
+    of_each = [(f"{trial.row.name}, seed {trial.seed}", run) for trial in wanted for run in trial.runs]
+    train_all(of_each, folder, workers, tell)
 
 
 def _scores(wanted: Sequence[str], made: dict[str, Path], model: Path, folder: Path, tell: Tell) -> dict[str, Scores]:
