@@ -12,10 +12,10 @@ from torch import nn
 from pavemark.training.detectors.network import WIDTHS
 from pavemark.training.detectors.pairs import UNLIKELY, Found, Paired
 
-ALONG, ACROSS = (-0.2, 1.2, 24), (0.5, -0.3, 12)
+ALONG, ACROSS = (-0.2, 1.2, 20), (0.5, -0.3, 8)
 """From where to where a piece reaches, in lengths of the way from p1 to p2 and to its left, and in how many samples."""
 
-DEPTH = 16
+DEPTH = 8
 """Channels of what is cut."""
 
 USUAL = 6.0
@@ -32,9 +32,9 @@ class DeepPs(Paired):
         super().__init__()
         self.thin = nn.Conv2d(WIDTHS[0], DEPTH, 1)
         self.piece = nn.Sequential(
-            nn.Conv2d(DEPTH, 24, 3, 2, 1),
+            nn.Conv2d(DEPTH, 16, 3, 2, 1),
             nn.SiLU(),
-            nn.Conv2d(24, 32, 3, 2, 1),
+            nn.Conv2d(16, 32, 3, 2, 1),
             nn.SiLU(),
             nn.Flatten(),
         )

@@ -119,7 +119,7 @@ def best(grid: torch.Tensor, most: int, first: torch.Tensor | None = None) -> Fo
     rank = grid[:, 0] if first is None else grid[:, 0] + first[:, 0]
     told = torch.stack([across, down, *grid[:, DIRECTION].unbind(1), grid[:, SHAPE][:, 0], grid[:, 0], rank], 1)
     # A small picture has fewer cells than points are asked for.
-    told = functional.pad(told.flatten(2), (0, 2 * most))
+    told = torch.cat([told.flatten(2), told.new_zeros(told.shape[0], told.shape[1], 2 * most)], 2)
     _, cell = torch.topk(told[:, -1], 2 * most)
     told = _taken(told, cell)
     gap = told[:, :2, :, None] - told[:, :2, None]
