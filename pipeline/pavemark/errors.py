@@ -17,6 +17,10 @@ class InputError(Exception):
         self.where = str(where)
         self.what = what
 
+    def __reduce__(self) -> tuple:
+        # A process of a pool that is refused something tells it to the one that started it.
+        return InputError, (self.where, self.what)
+
 
 def one_line(text: str) -> str:
     """Text as a terminal may safely be told: what is not printable, as in a hostile file name, is spelled out."""

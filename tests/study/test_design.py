@@ -6,7 +6,8 @@ import pytest
 from real import STUDY, study
 
 from pavemark.errors import InputError
-from pavemark.study.design import only
+from pavemark.study import pools
+from pavemark.study.design import only, read
 
 
 def test_a_study_file(tmp_path):
@@ -56,7 +57,19 @@ def test_a_study_file_that_is_wrong(tmp_path, old, new, said):
 
 
 def test_no_study_file(tmp_path):
-    from pavemark.study.design import read  # noqa: PLC0415
-
     with pytest.raises(InputError, match=re.escape(f"{tmp_path / 'none.toml'}: cannot be read")):
         read(tmp_path / "none.toml")
+
+
+def test_a_pool_starts_from_another(tmp_path):
+    text = STUDY + '\n[every_pool]\nseed = 5\n\n[pools.bent]\nlike = "base"\ncurvature = { rate = 1.0 }\n'
+    found = study(tmp_path, text)
+    like, base = (pools.job(found, pool, tmp_path) for pool in ("bent", "base"))
+    assert (like.count, like.seed, like.curvature.rate) == (6, 5, 1.0)
+    assert base.curvature.rate == 0.5 and base.plates == str(tmp_path) and base.formats == ("dmpr",)
+    wrong = study(tmp_path, STUDY + '\n[pools.bent]\nlike = "later"\n')
+    with pytest.raises(InputError, match=r"pools.bent: like = 'later': a pool before it is allowed: base"):
+        pools.job(wrong, "bent", tmp_path)
+    wrong = study(tmp_path, STUDY + "\n[pools.bent]\nnoize = 3\n")
+    with pytest.raises(InputError, match=r"pools.bent: .*noize"):
+        pools.job(wrong, "bent", tmp_path)

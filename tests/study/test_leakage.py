@@ -2,10 +2,17 @@
 
 import json
 
+import attrs
+import cv2
+import numpy as np
 import pytest
 from real import STUDY, study
 
 from pavemark.errors import InputError
+from pavemark.ground import Frame
+from pavemark.labels.truth import truth
+from pavemark.records import to_json
+from pavemark.scene import Area, Blend, Curvature, Marking, Paint, PlateRef, Scene, Slot
 from pavemark.study import pools
 from pavemark.study.places import name, share, split, write_views
 from pavemark.study.rows import Data, real
@@ -18,9 +25,8 @@ def _pool(folder, *plates):
     (folder / "job.json").write_text('{"count": 1, "formats": ["dmpr"]}')
     lines = []
     for number, plate in enumerate(plates):
-        frame = {"width": 48, "height": 64, "scale": 10.0}
-        scene = {"plate": {"name": plate, "frame": frame}, "slots": [{"kind": "parallel"}]}
-        (folder / "scenes" / f"{number:06d}.json").write_text(json.dumps(scene))
+        scene = Scene(number, PlateRef(plate, "0" * 64, Frame(48, 64, 10.0)))
+        (folder / "scenes" / f"{number:06d}.json").write_text(to_json(scene))
         (folder / "labels" / "dmpr" / f"{number:06d}.json").write_text('{"marks": [[3, 4, 3, 54, 1]], "slots": []}')
         lines.append(json.dumps({"input": f"{plate}.png", "files": {f"images/{number:06d}.png": ""}}) + "\n")
     (folder / "manifest.jsonl").write_text("".join(lines))
@@ -59,14 +65,28 @@ def test_a_plate_of_a_train_place_is_named_with_its_place(tmp_path):
 def test_markings_painted_anew_keep_the_points_of_the_real_image(tmp_path):
     parts = split(study(tmp_path))
     pool = _pool(tmp_path / "pool", "north_1")
-    path = pool / "scenes" / "000000.json"
-    scene = json.loads(path.read_text()) | {"slots": [], "markings": [{"kind": "original"}]}
-    scene["plate"]["frame"] |= {"width": 96, "height": 128, "scale": 20.0}
-    path.write_text(json.dumps(scene))
-    (found,) = pools.learnt_from(pool, parts["train"])
     # The real image has half the pixels.
-    assert found.points.tolist() == [[23.0, 63.0]]
+    frame = Frame(96, 128, 20.0)
+    paint = Paint((200.0, 200.0, 200.0), (2.0, 2.0, 2.0))
+    marking = Marking("original", paint, areas=(Area(((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))),))
+    scene = Scene(0, PlateRef("north_1", "0" * 64, frame), markings=(marking,), blend=Blend())
+    path = pool / "scenes" / "000000.json"
+    path.write_text(to_json(scene))
+    (found,) = pools.learnt_from(pool, parts["train"])
+    np.testing.assert_allclose(found.points, [[23.0, 63.0]])
     assert found.directions is None and found.slots is None
+
+    curvature = Curvature(150.0, 0.5, 3)
+    path.write_text(to_json(attrs.evolve(scene, curvature=curvature)))
+    (bent,) = pools.learnt_from(pool, parts["train"])
+    # The paint of that place is moved alike, as the labels of a slot there would say.
+    corners = tuple(
+        map(tuple, frame.to_world(np.array([[23.0, 63.0], [60.0, 63.0], [60.0, 30.0], [23.0, 30.0]])).tolist())
+    )
+    slot = Slot(tuple(map(tuple, corners)), "perpendicular", ("T", "T"), "closed")
+    there = truth(attrs.evolve(scene, curvature=curvature, slots=(slot,)), np.ones((128, 96), bool)).marks[0].point
+    np.testing.assert_allclose(bent.points[0], there)
+    assert np.abs(bent.points - found.points).max() > 0.2
 
 
 def test_views_are_of_the_train_places_alone(tmp_path):
@@ -74,8 +94,6 @@ def test_views_are_of_the_train_places_alone(tmp_path):
     parts = split(found)
     write_views(parts["train"], (24, 32), tmp_path / "views")
     assert sorted(path.stem for path in (tmp_path / "views").iterdir()) == ["north_0", "north_1", "north_2", "north_3"]
-    import cv2  # noqa: PLC0415
-
     assert cv2.imread(str(tmp_path / "views" / "north_0.png")).shape == (32, 24, 3)
 
 
@@ -88,8 +106,6 @@ def test_two_real_images_of_one_name(tmp_path):
 def test_a_share_of_the_real_images(tmp_path):
     found = study(tmp_path)
     data = Data(tuple(split(found)["train"]), {})
-    import attrs  # noqa: PLC0415
-
     half = real(attrs.evolve(found.rows[0], real=0.5), data, seed=3)
     assert len(half) == 2
     assert {name(each) for each in half} <= {name(each) for each in real(found.rows[0], data, seed=3)}

@@ -19,6 +19,7 @@ from pavemark.cli.score import score
 from pavemark.cli.select import select
 from pavemark.cli.show import explain, preview
 from pavemark.cli.study import study
+from pavemark.cli.sweep import sweep
 from pavemark.cli.train import train
 from pavemark.errors import InputError, one_line
 from pavemark.system import reader_gone
@@ -40,7 +41,7 @@ def pavemark(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for _command in (render, plates, preview, explain, models, train, evaluate, score, select, study, accuracy):
+for _command in (render, plates, preview, explain, models, train, evaluate, score, select, sweep, study, accuracy):
     pavemark.add_command(_command)
 
 

@@ -18,8 +18,9 @@ from pavemark.system import cores
 )
 @click.option("--real", metavar="DIR", type=Folder(path_type=Path), help="Real images, in place of the file's own.")
 @click.option("--only", metavar="ROW", multiple=True, help="Conduct these rows of it, and the one that judges.")
+@click.option("--told", is_flag=True, help="Train nothing: tables of the rows whose detectors are there.")
 @click.option("--workers", type=click.IntRange(1, 1024), default=cores, show_default="all cores", help="Processes.")
-def study(study_file: Path, out: Path, real: Path | None, only: tuple[str, ...], workers: int) -> None:
+def study(study_file: Path, out: Path, real: Path | None, only: tuple[str, ...], told: bool, workers: int) -> None:
     """Train detectors on real and synthetic images, and judge them on real ones of places they never saw.
 
     Needs torch: pip install 'pavemark[train]'. The same command again goes on where it was stopped; what is there
@@ -33,6 +34,6 @@ def study(study_file: Path, out: Path, real: Path | None, only: tuple[str, ...],
     wanted = design.only(design.read(study_file, real), only)
     out = out.absolute()
     files.writable(out)
-    written = tables(conduct(wanted, out, workers, click.echo))
+    written = tables(conduct(wanted, out, workers, click.echo, told))
     files.write(out / "tables.md", written)
     click.echo(f"\n{written}\n{out / 'tables.md'}")

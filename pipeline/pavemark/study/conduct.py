@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import multiprocessing
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import attrs
@@ -25,10 +23,9 @@ from pavemark.study.judging import Verdict, judge
 from pavemark.study.places import split
 from pavemark.study.rows import Data, real, synthetic
 from pavemark.study.runs import Run
+from pavemark.study.training import Tell, train_all
 
 LEARNABLE = "learnable"
-
-Tell = Callable[[str], None]
 
 
 @attrs.frozen(eq=False)
@@ -52,7 +49,7 @@ class Trial:
     synthetic: int
 
 
-def conduct(study: Study, folder: Path, workers: int, tell: Tell) -> list[Verdict]:
+def conduct(study: Study, folder: Path, workers: int, tell: Tell, only_told: bool = False) -> list[Verdict]:
     """Make what a study still lacks.
 
     Parameters
@@ -64,6 +61,8 @@ def conduct(study: Study, folder: Path, workers: int, tell: Tell) -> list[Verdic
         Processes that train, each with one thread, so that a detector does not depend on their number.
     tell : callable
         Told a line now and then.
+    only_told : bool
+        Whether rows whose detectors are there are told, and no other is trained.
 
     Returns
     -------
@@ -94,9 +93,13 @@ def conduct(study: Study, folder: Path, workers: int, tell: Tell) -> list[Verdic
         _train(trial, folder, workers, tell)
         of = sorted({pool for row in learner for pool in row.pools})
         data = attrs.evolve(data, learner=_scores(of, made, runs.model(trial[0].runs[0], folder), folder, tell))
-    all_trials = trials(study, study.rows, data)
-    _train(all_trials, folder, workers, tell)
-    return [verdict for trial in all_trials for verdict in _verdicts(study, trial, parts, folder)]
+    wanted_trials = trials(study, study.rows, data)
+    if only_told:
+        wanted_trials = [
+            trial for trial in wanted_trials if all(runs.model(run, folder).exists() for run in trial.runs)
+        ]
+    _train(wanted_trials, folder, workers, tell)
+    return [verdict for trial in wanted_trials for verdict in _verdicts(study, trial, parts, folder)]
 
 
 def trials(study: Study, rows: Iterable[Row], data: Data) -> list[Trial]:
@@ -121,26 +124,9 @@ def _trial(study: Study, row: Row, seed: int, data: Data) -> Trial:
 
 
 def _train(wanted: Sequence[Trial], folder: Path, workers: int, tell: Tell) -> None:
-    """Train what lacks, several at a time."""
-    of_each = [(trial, run) for trial in wanted for run in trial.runs]
-    lacking = {run.key(): (trial, run) for trial, run in of_each if not runs.model(run, folder).exists()}
-    if not lacking:
-        return
-    # Two that start from one run would both train it.
-    starts = {run.start.key(): (trial, run.start) for trial, run in lacking.values() if run.start is not None}
-    for batch in (starts, lacking):
-        with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-            try:
-                tasks = {pool.submit(runs.train, run, folder): trial for trial, run in batch.values()}
-                for number, task in enumerate(as_completed(tasks), 1):
-                    task.result()
-                    trial = tasks[task]
-                    tell(f"trained {number}/{len(tasks)}: {trial.row.name}, seed {trial.seed}")
-            except BaseException:
-                pool.shutdown(wait=False, cancel_futures=True)
-                for process in list(pool._processes.values()):
-                    process.terminate()
-                raise
+    """Train what lacks."""
+    of_each = [(f"{trial.row.name}, seed {trial.seed}", run) for trial in wanted for run in trial.runs]
+    train_all(of_each, folder, workers, tell)
 
 
 def _scores(wanted: Sequence[str], made: dict[str, Path], model: Path, folder: Path, tell: Tell) -> dict[str, Scores]:

@@ -134,7 +134,10 @@ class Study:
     places : Places
     training : Training
     pools : dict
-        Jobs by name, tables as in a job file. Their plates are those of the train places.
+        Jobs by name, tables as in a job file. Their plates are those of the train places. With `like`, the name of a
+        pool before it, one starts from that one's tables.
+    every_pool : dict
+        What all others start from.
     rows : tuple of Row
     judge : str
         The row whose first detector scores the pools: it has to have learned from real images alone.
@@ -150,6 +153,7 @@ class Study:
     judge: str
     training: Training = attrs.field(factory=Training)
     pools: dict[str, Any] = attrs.field(factory=dict)
+    every_pool: dict[str, Any] = attrs.field(factory=dict)
     tolerance: float = attrs.field(default=10.0, validator=within(0.1, 1000.0))
 
     def __attrs_post_init__(self) -> None:

@@ -7,10 +7,9 @@ from pathlib import Path
 
 import torch
 
-from pavemark.detect.reading import picture
 from pavemark.study.runs import Run
+from pavemark.training.detectors.datasets import Lessons
 from pavemark.training.detectors.export import exported
-from pavemark.training.detectors.lessons import Lesson, at_scale
 from pavemark.training.detectors.training import RATE, train_detector
 
 LICENCE = "as that of the images it learned from, which may be none"
@@ -32,14 +31,7 @@ def learnt(run: Run, begun: bytes | None, state: Path) -> tuple[bytes, bytes]:
     bytes, bytes
         The ONNX file, and its weights for others to begin with.
     """
-    lessons = [
-        at_scale(
-            Lesson(picture(example), example.points, example.directions, example.l_shaped, example.slots),
-            example.frame.scale,
-            run.scale,
-        )
-        for example in run.examples
-    ]
+    lessons = Lessons(run.examples, run.scale)
     network = train_detector(
         run.training.family,
         [lessons],

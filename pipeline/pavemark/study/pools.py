@@ -8,15 +8,19 @@ from pathlib import Path
 from typing import Any
 
 import attrs
+import numpy as np
 
 from pavemark.detect.example import Example
 from pavemark.detect.reading import examples
 from pavemark.errors import InputError
+from pavemark.geometry.elastic import displace
 from pavemark.job import plates
 from pavemark.job.config import Inputs, Job, merge, read
 from pavemark.job.journal import Shard
 from pavemark.job.progress import shown
 from pavemark.job.run import Machine, run
+from pavemark.records import from_json
+from pavemark.scene import Scene
 from pavemark.study.design import Study
 from pavemark.study.places import name, write_views
 
@@ -68,18 +72,31 @@ def job(study: Study, pool: str, stock: Path) -> Job:
     InputError
         When its tables are not those of a job.
     """
-    tables: dict[str, Any] = study.pools[pool]
+    tables = _tables(study, pool)
     try:
         return read(None, merge(tables, {"plates": str(stock), "formats": ["dmpr"]}))
     except InputError as error:
         raise InputError(f"pools.{pool}", error.what) from None
 
 
+def _tables(study: Study, pool: str) -> dict[str, Any]:
+    own = dict(study.pools[pool])
+    like = own.pop("like", None)
+    if like is None:
+        return merge(study.every_pool, own)
+    before = list(study.pools)[: list(study.pools).index(pool)]
+    if like not in before:
+        raise InputError(
+            f"pools.{pool}", f"like = {like!r}: a pool before it is allowed: {', '.join(before) or 'none'}"
+        )
+    return merge(_tables(study, like), own)
+
+
 def learnt_from(pool: Path, train: Sequence[Example]) -> list[Example]:
     """The labelled images of a pool, each of a plate of a train place.
 
     Where an image has its plate's own markings painted anew it has no slots of its own, and the marking points are
-    those of the real image.
+    those of the real image, moved as its curvature moves the paint.
 
     Raises
     ------
@@ -94,17 +111,21 @@ def learnt_from(pool: Path, train: Sequence[Example]) -> list[Example]:
             raise InputError(pool, f"{example.name}: its plate, {plate}, is of no train place: those alone are allowed")
         place = real[plate].groups["place"]
         evolved = attrs.evolve(example, name=f"{pool.name}/{example.name}", groups=example.groups | {"place": place})
-        found.append(_with_points_of(real[plate], evolved) if _own_markings(example) else evolved)
+        if example.groups["kind"] == "original":
+            scene = from_json(Scene, pool / "scenes" / f"{example.image.stem}.json")
+            evolved = attrs.evolve(
+                evolved, points=_own_points(real[plate], scene), directions=None, l_shaped=None, slots=None
+            )
+        found.append(evolved)
     return found
 
 
-def _own_markings(example: Example) -> bool:
-    return example.groups["kind"] == "original"
-
-
-def _with_points_of(real: Example, example: Example) -> Example:
-    ratio = (example.frame.width / real.frame.width, example.frame.height / real.frame.height)
-    return attrs.evolve(example, points=real.points * ratio, directions=None, l_shaped=None, slots=None)
+def _own_points(real: Example, scene: Scene) -> np.ndarray:
+    """The marking points of a real image where the scene has painted them, those in the picture."""
+    frame = scene.plate.frame
+    ratio = (frame.width / real.frame.width, frame.height / real.frame.height)
+    moved = frame.to_image(displace(scene.curvature, frame.to_world(real.points * ratio)))
+    return moved[frame.contains(moved)]
 
 
 def _done(code: int, folder: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache, lru_cache
 from pathlib import Path
 
@@ -42,8 +42,15 @@ class Run:
     start: Run | None = None
 
     def key(self) -> str:
-        """Hash of all that the detector depends on: pictures, labels, settings, code and the version of torch."""
+        """Hash of all that the detector depends on: pictures, labels, settings, code and the version of torch.
+
+        Raises
+        ------
+        InputError
+            When torch is missing, or a picture cannot be read.
+        """
         told = {
+            "torch": _torch(),
             "examples": [_content(example) for example in self.examples],
             "steps": self.steps,
             "seed": self.seed,
@@ -52,7 +59,6 @@ class Run:
             "scale": self.scale,
             "start": None if self.start is None else self.start.key(),
             "code": _code(),
-            "torch": importlib.metadata.version("torch"),
         }
         return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:32]
 
@@ -98,6 +104,11 @@ def train(run: Run, folder: Path) -> Path:
     return path
 
 
+def digest(examples: Iterable[Example]) -> str:
+    """Hash of pictures and labels: what was judged by others has another."""
+    return hashlib.sha256(json.dumps([_content(example) for example in examples]).encode()).hexdigest()[:32]
+
+
 def _content(example: Example) -> list:
     labels = [None if each is None else np.asarray(each).tolist() for each in (example.points, example.directions)]
     shapes = [None if each is None else np.asarray(each).tolist() for each in (example.l_shaped, example.slots)]
@@ -110,6 +121,13 @@ def _digest(image: Path) -> str:
         return hashlib.sha256(image.read_bytes()).hexdigest()
     except OSError as error:
         raise InputError(image, f"cannot be read: {error.strerror}") from None
+
+
+def _torch() -> str:
+    try:
+        return importlib.metadata.version("torch")
+    except importlib.metadata.PackageNotFoundError:
+        raise InputError("study", "torch is missing: pip install 'pavemark[train]'") from None
 
 
 @lru_cache(maxsize=1)

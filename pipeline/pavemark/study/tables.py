@@ -39,13 +39,14 @@ def _table(rows: dict[str, list[Verdict]]) -> str:
     lines.append(["---"] * len(lines[0]))
     for name, verdicts in rows.items():
         counts = [str(verdicts[0].real), str(verdicts[0].synthetic), str(len(verdicts))]
-        overall = [_told([verdict.figures["test"][figure] for verdict in verdicts]) for figure in FIGURES]
-        each = [_told([verdict.figures["places"][place]["f1"] for verdict in verdicts]) for place in places]
+        overall = [spread([verdict.figures["test"][figure] for verdict in verdicts]) for figure in FIGURES]
+        each = [spread([verdict.figures["places"][place]["f1"] for verdict in verdicts]) for place in places]
         lines.append([name, *counts, *overall, *each, verdicts[0].row.paper])
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
-def _told(values: Sequence[float | None]) -> str:
+def spread(values: Sequence[float | None]) -> str:
+    """The mean of what is known, in %, and ± its sample standard deviation where there are several."""
     known = [100 * value for value in values if value is not None]
     if not known:
         return "–"

@@ -1,0 +1,176 @@
+"""A study from its file to its tables: what is there is not made again, and what has changed is."""
+
+import json
+import re
+
+import attrs
+import psutil
+import pytest
+from real import STUDY, study
+
+pytest.importorskip("torch", reason="torch is not installed: pip install 'pavemark[train]'")
+
+from pavemark.errors import InputError  # noqa: E402
+from pavemark.study import lessons, runs  # noqa: E402
+from pavemark.study.conduct import conduct, trials  # noqa: E402
+from pavemark.study.places import split  # noqa: E402
+from pavemark.study.rows import Data  # noqa: E402
+from pavemark.study.runs import Run  # noqa: E402
+from pavemark.study.tables import tables  # noqa: E402
+from pavemark.study.training import train_all  # noqa: E402
+
+POOL = 'pools = ["base"]\nstrategy = "cfds"\nkeep = 3\n'
+ENSEMBLE = '\n[[rows]]\nname = "two"\nreal = 1.0\nparts = 2\n'
+LATER = '\n[[rows]]\nname = "later"\nreal = 0.5\n'
+ALONE = STUDY.replace('\n[[rows]]\nname = "easiest"\n' + POOL, "").replace("[pools.base]\ncount = 6\n", "")
+
+
+def stamps(folder):
+    """When each model was written."""
+    return {path.name: path.stat().st_mtime_ns for path in (folder / "models").glob("*.onnx")}
+
+
+def told(lines, study, folder, **options):
+    return conduct(study, folder, 1, lines.append, **options)
+
+
+def test_from_the_file_to_the_tables(tmp_path):
+    """The one with a pool: painted, scored by the detector of the real images, and chosen from."""
+    pytest.importorskip("bpy", reason="Blender is not installed as a module")
+    found, out, lines = study(tmp_path), tmp_path / "out", []
+    verdicts = told(lines, found, out)
+    assert [(each.name, each.seed, each.real, each.synthetic) for each in verdicts] == [
+        ("real", 0, 4, 0),
+        ("easiest", 0, 0, 3),
+    ]
+    models = stamps(out)
+    assert len(models) == 2 and {path.suffix for path in (out / "models").iterdir()} == {".onnx", ".pt"}
+    results = {path.stem: json.loads(path.read_text())["alone"] for path in (out / "results").iterdir()}
+    assert {f"{name}.onnx" for name in results} == models.keys()
+    for verdict in verdicts:
+        assert verdict.figures in results.values()
+        assert (verdict.figures["test"]["images"], verdict.figures["test"]["truths"]) == (2, 2)
+        assert list(verdict.figures["places"]) == ["east"]
+    rows = re.findall(r"^\| (real|easiest) \| (\d) \| (\d) \| (\d) \|", tables(verdicts), re.M)
+    assert rows == [("real", "4", "0", "1"), ("easiest", "0", "3", "1")]
+
+    again = told(lines, found, out)
+    assert stamps(out) == models
+    assert [each.figures for each in again] == [each.figures for each in verdicts]
+    assert sum(line.startswith("trained") for line in lines) == 2
+
+
+@pytest.fixture(scope="module")
+def conducted(tmp_path_factory):
+    """A study of real images alone, one row an ensemble, conducted once: its folder, its output and its verdicts."""
+    folder = tmp_path_factory.mktemp("study")
+    found = study(folder, ALONE + ENSEMBLE)
+    return folder, conduct(found, folder / "out", 1, lambda line: None)
+
+
+def test_an_ensemble_has_a_verdict_a_vote(conducted):
+    folder, verdicts = conducted
+    assert [verdict.name for verdict in verdicts] == ["real", "two, affirmative", "two, unanimous", "two, consensus"]
+    assert len(stamps(folder / "out")) == 3
+    (path,) = (folder / "out" / "results").glob("*-2.json")
+    assert sorted(json.loads(path.read_text())) == ["affirmative", "consensus", "unanimous"]
+
+
+def test_told_trains_nothing(conducted, monkeypatch):
+    folder, verdicts = conducted
+    before = stamps(folder / "out")
+    more = study(folder, ALONE + ENSEMBLE + LATER)
+    # That of the row that judges is there.
+    monkeypatch.setattr(runs, "train", None)
+    assert [each.name for each in told([], more, folder / "out", only_told=True)] == [each.name for each in verdicts]
+    assert stamps(folder / "out") == before
+
+
+def test_a_changed_label_is_another_run(tmp_path):
+    found = study(tmp_path, ALONE)
+
+    def key():
+        ((run,),) = (trial.runs for trial in trials(found, found.rows, Data(tuple(split(found)["train"]), {})))
+        return run.key()
+
+    before = key()
+    assert key() == before
+    labels = tmp_path / "real" / "labels.jsonl"
+    text = labels.read_text()
+    labels.write_text(text.replace("[[11.5, 31.5]]", "[[11.5, 31.75]]", 1))
+    assert key() != before
+    labels.write_text(text)
+    assert key() == before
+    # What is judged by is not learned from.
+    labels.write_text("[[11.5, 31.75]]".join(text.rsplit("[[11.5, 31.5]]", 1)))
+    assert key() == before
+
+
+def test_settings_are_of_a_run_too(tmp_path):
+    found = study(tmp_path, ALONE)
+    run = Run(tuple(split(found)["train"]), 4, 0, found.training, found.scale)
+    others = [
+        attrs.evolve(run, steps=5),
+        attrs.evolve(run, seed=1),
+        attrs.evolve(run, scale=11.0),
+        attrs.evolve(run, training=attrs.evolve(found.training, batch=3)),
+        attrs.evolve(run, examples=run.examples[::-1]),
+        attrs.evolve(run, start=run),
+        attrs.evolve(run, start=attrs.evolve(run, seed=1)),
+    ]
+    assert len({each.key() for each in [run, *others]}) == 8
+
+
+def test_fine_tuning_starts_from_the_weights_of_the_first_run(tmp_path, monkeypatch):
+    found = study(tmp_path, ALONE)
+    train = tuple(split(found)["train"])
+    first = Run(train[:2], 4, 0, found.training, found.scale)
+    run = Run(train[2:], 2, 0, found.training, found.scale, first)
+    begun = []
+
+    def learnt(run, start, state):
+        begun.append((run, start))
+        return b"model", f"weights of {run.steps}".encode()
+
+    monkeypatch.setattr(lessons, "learnt", learnt)
+    assert runs.train(run, tmp_path).read_bytes() == b"model"
+    assert begun == [(first, None), (run, b"weights of 4")]
+    # One that others start from is trained once.
+    runs.train(attrs.evolve(run, seed=1), tmp_path)
+    assert [start for _, start in begun[2:]] == [b"weights of 4"]
+
+
+def test_weights_to_begin_with_change_the_detector(tmp_path):
+    found = study(tmp_path, ALONE)
+    train = tuple(split(found)["train"])
+    first = Run(train[:2], 4, 0, found.training, found.scale)
+    _, weights = lessons.learnt(first, None, tmp_path / "a.state")
+    run = Run(train[2:], 1, 0, found.training, found.scale, first)
+    model, _ = lessons.learnt(run, weights, tmp_path / "b.state")
+    assert model == lessons.learnt(run, weights, tmp_path / "b.state")[0]
+    assert model != lessons.learnt(run, None, tmp_path / "b.state")[0]
+
+
+def test_a_picture_that_is_broken_ends_the_training(tmp_path):
+    """It is read in another process, which tells it as it is."""
+    found = study(tmp_path, ALONE)
+    train = tuple(split(found)["train"])
+    train[1].image.write_bytes(b"no picture")
+    with pytest.raises(InputError, match=re.escape(str(train[1].image))):
+        train_all([("broken", Run(train, 4, 0, found.training, found.scale))], tmp_path / "out", 1, print)
+    assert not [*(tmp_path / "out").rglob("*")]
+
+
+def test_a_training_that_is_stopped_leaves_no_process(tmp_path):
+    found = study(tmp_path, ALONE)
+    train = tuple(split(found)["train"])
+    wanted = [(f"{steps}", Run(train, steps, 0, found.training, found.scale)) for steps in (1, 10**6)]
+
+    def stop(line):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train_all(wanted, tmp_path / "out", 2, stop)
+    assert not [each for each in psutil.Process().children() if "spawn_main" in " ".join(each.cmdline())]
+    there = sorted(path.suffix for path in (tmp_path / "out" / "models").iterdir())
+    assert there == [".onnx", ".pt"]
