@@ -388,8 +388,8 @@ def test_a_largest_error_is_the_jobs_and_the_panels(drawn):
 
 
 @pytest.mark.parametrize("scale", [60.0, 22.7, 48.5, 1 / 0.044])
-def test_the_scale_of_a_job_survives_blenders_float32(scale, inputs):
-    told = bpy.context.scene.pavemark.background
+def test_the_scale_of_a_job_survives_blenders_float32(scale, opened, inputs):
+    told = opened.pavemark.background
     told.images = str(inputs / "images")
     told.metres_per_pixel = 1 / scale
-    assert backdrop.job(bpy.context.scene).pixels_per_metre == scale
+    assert backdrop.job(opened).pixels_per_metre == scale
