@@ -34,7 +34,7 @@ def student(t, df):
 
 
 def test_the_p_value_by_hand():
-    # Means 2 and 5, variances 1 and 7.5, three and four seeds: t = -3 / sqrt(1/3 + 7.5/4), and Welch's degrees of freedom.
+    # Means 2 and 5, variances 1 and 7.5, three and four seeds.
     one, other = [1.0, 2.0, 3.0], [2.0, 8.0, 3.5, 6.5]
     assert np.var(other, ddof=1) == 7.5
     t = -3 / math.sqrt(1 / 3 + 7.5 / 4)
