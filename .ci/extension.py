@@ -35,8 +35,8 @@ PLATFORMS = {
 NOT_BUNDLED = {"numpy"}
 """Blender's own is used: another one beside it would crash."""
 
-REPORTS_ONLY = {"matplotlib", "pyamg"}
-"""For `pavemark accuracy` alone, which no panel calls."""
+NO_PANEL_CALLS = {"matplotlib", "pyamg", "pyarrow"}
+"""For reports and scores alone, which no panel asks for."""
 
 
 def current_platform() -> str:
@@ -50,7 +50,7 @@ def requirements(python: str) -> tuple[list[str], list[str]]:
     environment = {**default_environment(), "python_version": python}
     wanted = [Requirement(text) for text in PROJECT["dependencies"]]
     limits = [Requirement(text) for text in PROJECT["optional-dependencies"]["blender"]]
-    kept = [f"{one.name}{one.specifier}" for one in wanted if one.name not in NOT_BUNDLED | REPORTS_ONLY]
+    kept = [f"{one.name}{one.specifier}" for one in wanted if one.name not in NOT_BUNDLED | NO_PANEL_CALLS]
     held = [
         f"{one.name}{one.specifier}"
         for one in limits

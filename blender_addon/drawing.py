@@ -28,6 +28,8 @@ def tables(target: bpy.types.Scene) -> dict[str, Any]:
         told = merge(told, rates({name: getattr(settings, name).use for name in EFFECTS}))
         # What age does besides the effects has no switch: paint is as it is set.
         told = merge(told, {"texture": {"fade": {"rate": 0.0}, "former": {"rate": 0.0}}})
+        # Nor has what is painted beside the slots.
+        told = merge(told, {"aisle": {"rate": 0.0}})
         told = merge(told, {"layout": {"empty_rate": 0.0}, "blend": values(settings.blend, Blend)})
     return merge(told, _held(settings))
 

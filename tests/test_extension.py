@@ -38,7 +38,7 @@ def test_what_is_bundled(extension, python, held):
     names = {text.partition(">")[0] for text in kept}
     assert {"attrs", "cattrs", "scipy", "shapely", "opencv-contrib-python-headless", "OpenImageIO"} <= names
     assert {"filelock", "psutil"} <= names
-    assert not names & {"numpy", "matplotlib", "pyamg"}
+    assert not names & {"numpy", "matplotlib", "pyamg", "pyarrow"}
     assert held <= {text.partition("<")[0] for text in limits}
 
 

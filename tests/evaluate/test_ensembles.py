@@ -29,7 +29,7 @@ def things(width):
     return st.lists(st.tuples(st.sampled_from([0.0, 0.25, 0.5, 1.0]), places), max_size=5)
 
 
-@settings(max_examples=300, deadline=None, derandomize=True)
+@settings(max_examples=150, deadline=None, derandomize=True)
 @given(data=st.data())
 def test_as_by_lists_and_loops_whatever_the_order(data):
     count = data.draw(st.integers(1, 5))

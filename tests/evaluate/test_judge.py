@@ -12,7 +12,7 @@ from pavemark.detect.reading import examples
 from pavemark.errors import InputError
 from pavemark.evaluate.curve import rates
 from pavemark.evaluate.found import found
-from pavemark.evaluate.judge import judged, judged_together, of_detections, of_found
+from pavemark.evaluate.judge import judged, judged_together, of_detections, of_found, of_votes
 from pavemark.evaluate.results import plain, result
 from pavemark.ground import Frame
 
@@ -82,6 +82,16 @@ def test_several_together(tmp_path):
         for got in [judged_together(three, examples(tmp_path), vote)]
     }
     assert hits == {"affirmative": (1, 1), "unanimous": (0, 0), "consensus": (1, 0)}
+    for vote, wanted in hits.items():
+        before = of_votes(examples(tmp_path), [[NOTHING, GOOD, slot]], vote)
+        assert (rates(before.slots, 0.1).hits, rates(before.slots, 0.1).false_positives) == wanted
+
+
+def test_votes_agree_within_as_many_metres_at_every_scale():
+    one, other = detection([(20, 20)], [0.9]), detection([(28, 20)], [0.9])
+    for scale, found_together in ((60.0, 1), (30.0, 0)):
+        image = example("a", [(24, 20)], frame=Frame(120, 90, scale))
+        assert len(of_votes([image], [[one, other]], "unanimous").points.confidence) == found_together
 
 
 BAD = {
@@ -154,6 +164,8 @@ def test_groups_share_out_what_was_found():
     at = {name: rates(part.slots, 0.1) for name, part in parts.items()}
     told = {name: (each.hits, each.false_positives, each.misses) for name, each in at.items()}
     assert told == {"": (1, 1, 0), "x": (1, 1, 1), "y": (0, 0, 1)}
+    false, missed = parts["x"].slots.mistakes(0.1)
+    assert (false.tolist(), missed.tolist()) == ([1, 0], [0, 1])
     assert whole.clusters("place") == [(True, "x"), (True, "y"), (True, "x"), (False, "3")]
     assert len(set(whole.clusters())) == 4
 

@@ -4,8 +4,8 @@ import attrs
 import numpy as np
 
 from pavemark.select import shards
+from pavemark.select.candidate import Candidate
 from pavemark.select.origin import dataset_hash, selection_hash
-from pavemark.select.scores import Candidate
 from pavemark.select.shards import Origin, Row
 
 
@@ -14,14 +14,14 @@ class Fake:
 
     family = "dmpr"
 
-    def __init__(self, version="fake", cells=(3, 2), told=None):
+    def __init__(self, version="fake", cells=(3, 2), told=None, beyond=(0, 0)):
         self.version = version
-        self.cells = cells
+        self.beyond = beyond
         self.told = told or (lambda mean: (np.full((*cells, 3), mean), np.array([mean, 1.0])))
         self.seen = []
 
     def covered(self, frame):
-        return frame.width, frame.height
+        return frame.width + self.beyond[0], frame.height + self.beyond[1]
 
     def look(self, image, frame):
         self.seen.append(image)

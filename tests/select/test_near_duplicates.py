@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from pavemark.select import near_duplicates
+from pavemark.select.candidate import Candidate
 from pavemark.select.near_duplicates import distinct
-from pavemark.select.scores import Candidate
 
 
 def candidates(count):

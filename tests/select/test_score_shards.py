@@ -9,6 +9,7 @@ from scored import ORIGIN, row
 
 from pavemark.errors import InputError
 from pavemark.select import scores, shards
+from pavemark.select.candidate import Candidate
 from pavemark.select.shards import Broken
 
 
@@ -96,9 +97,12 @@ def test_scores_of_a_folder(tmp_path):
     (tmp_path / "scores-old.parquet").write_bytes(b"not one of ours")
     found = scores.read(tmp_path)
     assert [each.name for each in found.candidates] == [each.name for each in some(40)]
-    assert found.candidates[1] == scores.Candidate("images/1", 1 / 7, "p", "base")
+    assert found.candidates[1] == Candidate("images/1", 1 / 7, "p", "base")
     assert found.candidates[0].plate is None
     assert found.embeddings(["images/30", "images/2"]).tolist() == [[15.0, 1.25], [1.0, 1.25]]
+    assert found.embeddings([]).shape == (0, 2)
+    with pytest.raises(ValueError, match="1 names that have no scores"):
+        found.embeddings(["images/30", "images/77"])
 
 
 def test_no_scores(tmp_path):

@@ -39,29 +39,29 @@ def contents(folder):
     return {path.name: path.read_bytes() for path in sorted(folder.glob("*"))}
 
 
-def loss_by_hand(example, mean, cells):
+def loss_by_hand(example, mean, cells, size):
     """Eq. 2 for a detector that says one number of every cell."""
     rows, columns = cells
     total = 0.0
     for row in range(rows):
         for column in range(columns):
-            inside = [
-                (u / example.frame.width * columns - column, v / example.frame.height * rows - row)
-                for u, v in example.points
-                if (int(v / example.frame.height * rows), int(u / example.frame.width * columns)) == (row, column)
-            ]
+            places = [(u / size[0] * columns - column, v / size[1] * rows - row) for u, v in example.points]
+            inside = [(x, y) for x, y in places if 0 <= x < 1 and 0 <= y < 1]
             assert len(inside) < 2
             total += sum((1 - mean) ** 2 + (x - mean) ** 2 + (y - mean) ** 2 for x, y in inside) or mean**2
     return total / (rows * columns)
 
 
-def test_the_loss_is_that_of_the_paper(dataset, tmp_path):
-    came, watcher, _ = score(dataset, tmp_path / "scores")
+@pytest.mark.parametrize("beyond", [(0, 0), (9, 5)])
+def test_the_loss_is_that_of_the_paper(dataset, tmp_path, beyond):
+    """The grid may cover more than the picture, to whole cells."""
+    came, watcher, _ = score(dataset, tmp_path / "scores", Fake(beyond=beyond))
     assert came == Outcome(10, 10, 0) and watcher.total == 10 and watcher.steps == [False] * 10
     found = scores.read(tmp_path / "scores").candidates
     for k, (each, example) in enumerate(zip(found, reading.examples(dataset), strict=True)):
         assert each.name == f"images/{k:06d}" and each.plate == f"plate{k % 2}.png" and each.domain == "base"
-        assert each.loss == pytest.approx(loss_by_hand(example, (60 + k) / 255, (3, 2)), abs=1e-12)
+        expected = loss_by_hand(example, (60 + k) / 255, (3, 2), (48 + beyond[0], 96 + beyond[1]))
+        assert each.loss == pytest.approx(expected, abs=1e-12)
     origin, rows = shards.rows(shards.path_of(tmp_path / "scores", 2), 2)
     assert len(rows) == 2 and rows[1].embedding == (float(np.float32(69 / 255)), 1.0)
     assert rows[1].groups == {"plate": "plate1.png", "domain": "base", "kind": "parallel"}
@@ -136,6 +136,22 @@ def test_a_dataset_that_has_grown(dataset, tmp_path):
     came, _, detector = score(dataset, tmp_path / "scores")
     assert came == Outcome(14, 4, 0) and len(detector.seen) == 4
     score(dataset, tmp_path / "fresh")
+    assert contents(tmp_path / "scores") == contents(tmp_path / "fresh")
+
+
+def test_a_dataset_that_has_become_smaller(dataset, tmp_path):
+    score(dataset, tmp_path / "scores")
+    lines = (dataset / "manifest.jsonl").read_text().splitlines(keepends=True)
+    (dataset / "manifest.jsonl").write_text("".join(lines[4:]))
+    came, watcher, _ = score(dataset, tmp_path / "scores", part=(0, 2))
+    assert came.images == 4 and "scores-000002.parquet: the dataset has become smaller" in watcher.lines[0]
+    score(dataset, tmp_path / "scores", part=(1, 2))
+    score(dataset, tmp_path / "fresh")
+    assert contents(tmp_path / "scores") == contents(tmp_path / "fresh")
+    assert len(scores.read(tmp_path / "scores").candidates) == 6
+    with pytest.raises(InputError, match="another detector"):
+        (dataset / "manifest.jsonl").write_text(lines[0])
+        score(dataset, tmp_path / "scores", Fake("other"))
     assert contents(tmp_path / "scores") == contents(tmp_path / "fresh")
 
 

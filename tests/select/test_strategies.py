@@ -9,8 +9,8 @@ from scored import table
 
 from pavemark.errors import InputError
 from pavemark.select import modifiers, strategies
+from pavemark.select.candidate import Candidate
 from pavemark.select.choice import STRATEGIES, Wanted, chosen
-from pavemark.select.scores import Candidate
 
 
 def names(candidates):

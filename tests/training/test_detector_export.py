@@ -10,6 +10,8 @@ torch = pytest.importorskip("torch", reason="torch is not installed: pip install
 
 import onnxruntime  # noqa: E402
 
+from pavemark.detect.learned import opened  # noqa: E402
+from pavemark.ground import Frame  # noqa: E402
 from pavemark.training.detectors.export import exported  # noqa: E402
 from pavemark.training.detectors.training import FAMILIES, fresh  # noqa: E402
 
@@ -51,6 +53,27 @@ def test_the_file_gives_what_was_learnt(network, size):
     assert grid.shape == (2, 6, size[0] // 16, size[1] // 16)
     assert grid[:, [0, 1, 2, 5]].min() >= 0 and grid[:, [0, 1, 2, 5]].max() <= 1
     np.testing.assert_allclose(np.hypot(grid[:, 3], grid[:, 4]), 1, atol=1e-5)
+
+
+@pytest.mark.parametrize("size", [(300, 300), (90, 41), (8, 8)])
+def test_the_file_is_opened_and_looks(network, tmp_path, size):
+    path = tmp_path / "model.onnx"
+    path.write_bytes(exported(network, 30.0, "a test"))
+    detector = opened(path)
+    image = np.random.default_rng(2).integers(0, 255, (size[1], size[0], 3), dtype=np.uint8)
+    found = detector.detect(image, Frame(*size, 30.0))
+    assert detector.family == network.family and len(found.confidence) == len(found.points)
+    assert (found.slots < len(found.points)).all() and len(found.slots) == len(found.slot_confidence)
+    assert detector.embedding(image, Frame(*size, 30.0)).shape == (96,)
+    grid = detector.grid(image, Frame(*size, 30.0))
+    assert grid.shape == (-(-size[1] // 16), -(-size[0] // 16), 3)
+    if network.family != "dmpr" and size == (300, 300):
+        assert len(found.points) > 5
+
+
+def test_no_size_is_taken_for_fixed(network, recwarn):
+    exported(network, 30.0, "a test")
+    assert not [one for one in recwarn if issubclass(one.category, torch.jit.TracerWarning)]
 
 
 def test_the_file_says_what_it_is(network):

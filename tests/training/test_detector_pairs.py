@@ -100,7 +100,7 @@ def test_a_pair_looks_to_the_left_of_its_way(monkeypatch):
     with torch.no_grad():
         assert network.pair_logits([places], found).shape == (1, network.most, network.most)
     # From (6, 4) to (2, 4), to the left as seen from there is below.
-    piece = kept[0].reshape(network.most, network.most, deepps.DEPTH, 12, 24)[0, 1, :2]
+    piece = kept[0].reshape(network.most, network.most, deepps.DEPTH, 8, 20)[0, 1, :2]
     np.testing.assert_allclose(piece[:, 0, 0], [6 + 0.2 * 4, 4 + 0.5 * 4], atol=1e-4)
     np.testing.assert_allclose(piece[:, -1, -1], [2 - 0.2 * 4, 4 - 0.3 * 4], atol=1e-4)
 

@@ -70,6 +70,21 @@ def test_it_goes_on_after_a_cut(tmp_path, monkeypatch):
     assert not (tmp_path / "state").exists()
 
 
+def test_a_state_of_other_images_is_not_taken_up(tmp_path, monkeypatch):
+    monkeypatch.setattr(training, "KEEP", 2)
+
+    def until(step, told):
+        if step == 3:
+            raise Cut
+
+    options = {"batch": 2, "state": tmp_path / "state"}
+    with pytest.raises(Cut):
+        train_detector("dmpr", [crosses(4)], 4, 0, data="one", tell=until, **options)
+    steps = []
+    train_detector("dmpr", [crosses(4)], 4, 0, data="other", tell=lambda step, told: steps.append(step), **options)
+    assert steps == [1, 2, 3, 4]
+
+
 def test_it_learns_where_points_lie_and_point():
     network = train_detector("dmpr", [crosses(200)], 220, 0, batch=8)
     there = crosses(20, seed=1)

@@ -102,7 +102,7 @@ def evaluate(
         raise InputError("--threshold-from", f"{chosen_on}: is what is judged: another dataset is allowed")
     wanted = _words(groups)
     if out is not None:
-        spare(out, (), (str(dataset), *(str(model.parent) for model in models)), "")
+        spare(out, (), (str(dataset),), "")
         files.writable(out)
     detectors = [opened(model) for model in models]
     _hold_labelled(dataset, chosen_on, {*wanted, *([cluster] if cluster else [])}, height)

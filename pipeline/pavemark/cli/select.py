@@ -9,9 +9,9 @@ import click
 from pavemark.cli.words import Folder
 from pavemark.errors import InputError
 from pavemark.job.progress import shown
+from pavemark.select.choice import STRATEGIES, Wanted
+from pavemark.select.material import WAYS
 
-STRATEGIES = ("cfds", "ehds", "random", "coverage", "learnable")
-WAYS = ("link", "copy")
 LEARNABLE = "learnable"
 
 
@@ -56,7 +56,6 @@ def select(
     """
     # Blender's Python, which renders through this command line, has no pyarrow.
     from pavemark.select import selection  # noqa: PLC0415
-    from pavemark.select.choice import Wanted  # noqa: PLC0415
     from pavemark.select.report import NAME  # noqa: PLC0415
 
     if (asked["strategy"] == LEARNABLE) != (scores_learner is not None):

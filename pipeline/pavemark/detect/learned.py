@@ -132,10 +132,11 @@ class Learned:
         planes = np.ascontiguousarray(seen.transpose(2, 0, 1)[None], np.float32) / np.float32(255)
         sides = {port.name: port.shape for port in self._network.outputs}
         shapes = {
-            name: (1, 6, rows, columns) if name == "grid" else (1, *(int(side) for side in sides[name][1:]))
-            for name in names
+            "grid": (1, 6, rows, columns),
+            "embedding": (1, sides["embedding"][1]),
+            **({} if self.family == "dmpr" else _paired_shapes(sides["points"][1])),
         }
-        return self._network.run_all({"image": planes}, shapes)
+        return self._network.run_all({"image": planes}, {name: shapes[name] for name in names})
 
     def _cells_said(self, grid: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Place in pixels that the network sees, confidence, direction and probability of an L of every cell."""
@@ -156,6 +157,10 @@ class Learned:
                 self._network.path, f"confidences, places and probabilities run from {least:g} to {most:g}: 0 to 1"
             )
         return np.clip(values.astype(np.float64), 0, 1)
+
+
+def _paired_shapes(many: int) -> dict[str, tuple[int, ...]]:
+    return {"points": (1, many, 3), "pairs": (1, many, many)}
 
 
 def _told(pairs: np.ndarray, confidence: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -201,8 +206,7 @@ def opened(path: Path, threads: int = onnx.THREADS) -> Learned:
     if family != "dmpr":
         many = _port(path, network.outputs, "points", (None, None, 3)).shape[1]
         _whole(path, many, "points")
-        if _port(path, network.outputs, "pairs", (None, None, None)).shape[1:] != (many, many):
-            raise InputError(path, f"pairs: a square of {many}, as many as there are points, is allowed")
+        _port(path, network.outputs, "pairs", (None, many, many))
     return Learned(family, network.sha256, scale, int(stride), network)
 
 

@@ -49,6 +49,11 @@ def resampled(
     order, ends = steps(tally)
     hit, of = tally.hit[order], cluster[tally.image[order]]
     kept = tally.confidence[order] >= threshold
+    # Where nothing is right precision only falls: steps with a hit are enough for the area.
+    right_ones = np.flatnonzero(hit)
+    step = np.searchsorted(ends, right_ones)
+    last = np.flatnonzero(np.diff(step, append=len(ends)))
+    rows = ends[step[last]]
     truths = np.bincount(cluster, tally.truths, count).astype(np.int64)
     found = np.bincount(of[kept], minlength=count)
     hits = np.bincount(of[kept & hit], minlength=count)
@@ -62,7 +67,7 @@ def resampled(
             share(right, told),
             share(right, there),
             share(2 * right, told + there),
-            area(np.cumsum(weight * hit)[ends], np.cumsum(weight)[ends], there),
+            area(np.cumsum(weight[right_ones])[last], np.cumsum(weight)[rows], there),
         )
     return dict(zip(FIGURES, figures, strict=True))
 

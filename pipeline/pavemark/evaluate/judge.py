@@ -72,6 +72,28 @@ def of_detections(examples: Iterable[Example], detections: Iterable[Detection], 
     )
 
 
+def of_votes(
+    examples: Iterable[Example],
+    detections: Iterable[Sequence[Detection]],
+    vote: str,
+    tolerance: float = TOLERANCE,
+) -> Judged:
+    """Judge what several detectors found before, together: for each example a detection of each of them.
+
+    Raises
+    ------
+    ValueError
+        As `of_detections`.
+    """
+    return of_found(
+        (
+            (example, voted([found(detection) for detection in each], vote, radius(example.frame, tolerance)))
+            for example, each in zip(examples, detections, strict=True)
+        ),
+        tolerance,
+    )
+
+
 def of_found(pairs: Iterable[tuple[Example, Found]], tolerance: float = TOLERANCE) -> Judged:
     """Judge what was found: an example and what was found in it, one after the other.
 

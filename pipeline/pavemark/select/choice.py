@@ -11,8 +11,8 @@ import numpy as np
 from pavemark.errors import InputError
 from pavemark.records import within
 from pavemark.select import modifiers, strategies
+from pavemark.select.candidate import Candidate
 from pavemark.select.near_duplicates import distinct
-from pavemark.select.scores import Candidate
 
 STRATEGIES = ("cfds", "ehds", "random", "coverage", "learnable")
 

@@ -11,7 +11,7 @@ from typing import Any
 from pavemark import files
 from pavemark.detect.reading import manifest, source
 from pavemark.errors import InputError
-from pavemark.select.scores import Candidate
+from pavemark.select.candidate import Candidate
 
 WAYS = ("link", "copy")
 

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 
 from pavemark.errors import InputError
+from pavemark.select.candidate import Candidate
 from pavemark.select.ranking import ranked
-from pavemark.select.scores import Candidate
 
 
 def exact(share: float) -> Fraction:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from pavemark.select.scores import Candidate
+from pavemark.select.candidate import Candidate
 
 BLOCK = 1024
 """Images that are compared at a time, with as many at a time of those that are kept: memory does not grow with both."""

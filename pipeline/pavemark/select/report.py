@@ -15,8 +15,8 @@ from pavemark.detect import reading
 from pavemark.detect.example import Example
 from pavemark.errors import InputError
 from pavemark.page import drawn, page, pictured
+from pavemark.select.candidate import Candidate
 from pavemark.select.losses import losses
-from pavemark.select.scores import Candidate
 from pavemark.select.strategies import cfds
 
 NAME = "report.html"

@@ -10,27 +10,8 @@ import numpy as np
 
 from pavemark.errors import InputError
 from pavemark.select import shards
+from pavemark.select.candidate import Candidate
 from pavemark.select.shards import Origin
-
-
-@attrs.frozen
-class Candidate:
-    """An image that may be kept.
-
-    Attributes
-    ----------
-    name : str
-        Of the image in its dataset.
-    loss : float
-        Its point loss.
-    plate, domain : str or None
-        The real image it was painted on, and what was done to it; None where that is not known.
-    """
-
-    name: str
-    loss: float
-    plate: str | None = None
-    domain: str | None = None
 
 
 @attrs.frozen(eq=False)
@@ -66,9 +47,15 @@ class Scores:
         -------
         ndarray (N, E) float32
             In the order of the names. Nothing else is held in memory but one shard.
+
+        Raises
+        ------
+        ValueError
+            For a name that has no score.
         """
         place = {name: number for number, name in enumerate(names)}
         found: np.ndarray | None = None
+        lacking = len(place)
         for path in shards.there(self.folder).values():
             table = _read(path, ("name", "embedding"))
             wanted = [(place[name], k) for k, name in enumerate(table.column("name").to_pylist()) if name in place]
@@ -78,6 +65,9 @@ class Scores:
             if wanted:
                 to, at = np.array(wanted).T
                 found[to] = seen[at]
+                lacking -= len(wanted)
+        if lacking:
+            raise ValueError(f"{lacking} names that have no scores: scored images are allowed")
         return found
 
 

@@ -107,6 +107,7 @@ def score(
     count = reading.count(dataset)
     mine = range(part[0], -(-count // ROWS), part[1])
     images = sum(min(ROWS, count - number * ROWS) for number in mine)
+    kept.drop_beyond(mine, part)
     before = sum(len(kept.rows(number, loud=True)) for number in mine)
     judge = _Judge(opened)
     made = lacking = 0
@@ -161,6 +162,14 @@ class _Kept:
         if there != self.origin:
             raise InputError(path, f"holds scores {_differing(there, self.origin)}; use another folder")
         return rows
+
+    def drop_beyond(self, mine: range, part: tuple[int, int]) -> None:
+        """Remove shards of this part beyond the end of a dataset that has become smaller."""
+        for number, path in shards.there(self.out).items():
+            if number % part[1] == part[0] and number not in mine:
+                self.rows(number)  # those of another origin are not ours to remove
+                path.unlink()
+                self.watcher.tell(f"{path}: the dataset has become smaller, and it is removed")
 
 
 def _differing(there: Origin, here: Origin) -> str:

@@ -15,10 +15,11 @@ from pavemark.detect.reading import MANIFEST, SELECTION, manifest, source
 from pavemark.errors import InputError
 from pavemark.records import read_json
 from pavemark.select import report, scores
+from pavemark.select.candidate import Candidate
 from pavemark.select.choice import Wanted, chosen
 from pavemark.select.material import materialise
 from pavemark.select.origin import dataset_hash
-from pavemark.select.scores import Candidate, Scores
+from pavemark.select.scores import Scores
 from pavemark.select.shards import Origin
 
 
@@ -74,8 +75,8 @@ def select(
     files.sweep(out)
     if way is not None:
         materialise(dataset, out, kept, way, step)
-    write(out, dataset, kept)
     files.write(out / report.NAME, report.report(dataset, candidates, kept, told))
+    write(out, dataset, kept)
     return len(kept), len(candidates)
 
 

@@ -11,9 +11,9 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 
 from pavemark.errors import InputError
+from pavemark.select.candidate import Candidate
 from pavemark.select.modifiers import exact
 from pavemark.select.ranking import ranked
-from pavemark.select.scores import Candidate
 
 
 def cfds(candidates: Sequence[Candidate]) -> list[Candidate]:

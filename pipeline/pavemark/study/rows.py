@@ -9,8 +9,9 @@ import numpy as np
 
 from pavemark.detect.example import Example
 from pavemark.errors import InputError
+from pavemark.select.candidate import Candidate
 from pavemark.select.choice import Wanted, chosen
-from pavemark.select.scores import Candidate, Scores
+from pavemark.select.scores import Scores
 from pavemark.study.design import ALL, Row
 from pavemark.study.places import share
 

@@ -10,12 +10,12 @@ import torch
 from torch import nn
 
 from pavemark.training.detectors.network import WIDTHS
-from pavemark.training.detectors.pairs import Found, Paired
+from pavemark.training.detectors.pairs import UNLIKELY, Found, Paired
 
-ALONG, ACROSS = (-0.2, 1.2, 24), (0.5, -0.3, 12)
+ALONG, ACROSS = (-0.2, 1.2, 20), (0.5, -0.3, 8)
 """From where to where a piece reaches, in lengths of the way from p1 to p2 and to its left, and in how many samples."""
 
-DEPTH = 16
+DEPTH = 8
 """Channels of what is cut."""
 
 USUAL = 6.0
@@ -32,14 +32,15 @@ class DeepPs(Paired):
         super().__init__()
         self.thin = nn.Conv2d(WIDTHS[0], DEPTH, 1)
         self.piece = nn.Sequential(
-            nn.Conv2d(DEPTH, 24, 3, 2, 1),
+            nn.Conv2d(DEPTH, 16, 3, 2, 1),
             nn.SiLU(),
-            nn.Conv2d(24, 32, 3, 2, 1),
+            nn.Conv2d(16, 32, 3, 2, 1),
             nn.SiLU(),
             nn.Flatten(),
         )
         rows, columns = -(-ACROSS[2] // 4), -(-ALONG[2] // 4)
         self.judged = nn.Sequential(nn.Linear(32 * rows * columns + 3, 64), nn.SiLU(), nn.Linear(64, 1))
+        nn.init.constant_(self.judged[-1].bias, UNLIKELY)
 
     def pair_logits(self, features: list[torch.Tensor], found: Found) -> torch.Tensor:
         first = found.at[:, :, None].expand(-1, -1, self.most, -1).flatten(1, 2)

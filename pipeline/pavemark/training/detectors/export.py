@@ -63,18 +63,23 @@ def exported(
     whole = _Whole(network).eval()
     example = torch.zeros(1, 3, 6 * STRIDE, 8 * STRIDE)
     with torch.no_grad():
-        names = list(network.outputs(example))
+        names, shown = zip(*network.outputs(example).items(), strict=True)
     torch.onnx.export(
         whole,
         (example,),
         stream,
         input_names=["image"],
-        output_names=names,
+        output_names=list(names),
         dynamic_axes={name: AXES[name] for name in ("image", *names)},
         opset_version=OPSET,
         dynamo=False,
     )
     model = onnx.load_from_string(stream.getvalue())
+    # The exporter does not always find out which sides are fixed.
+    for port, told in zip(model.graph.output, shown, strict=True):
+        for k, side in enumerate(told.shape):
+            if k not in AXES[port.name]:
+                port.type.tensor_type.shape.dim[k].dim_value = side
     onnx.helper.set_model_props(
         model,
         {

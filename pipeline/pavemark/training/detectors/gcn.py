@@ -11,7 +11,7 @@ import torch
 from torch import nn
 
 from pavemark.training.detectors.network import WIDTHS
-from pavemark.training.detectors.pairs import Found, Paired
+from pavemark.training.detectors.pairs import UNLIKELY, Found, Paired
 
 WIDTH, HEADS, LAYERS = 64, 4, 3
 """Numbers that describe a point, heads of attention, and how often points tell each other."""
@@ -37,6 +37,7 @@ class Gcn(Paired):
         self.told = _layers(SEEN, WIDTH, WIDTH)
         self.talks = nn.ModuleList(_Talk() for _ in range(LAYERS))
         self.edge = _layers(2 * WIDTH + BETWEEN, WIDTH, 1)
+        nn.init.constant_(self.edge[-1].bias, UNLIKELY)
 
     def pair_logits(self, features: list[torch.Tensor], found: Found) -> torch.Tensor:
         rows, columns = found.size

@@ -19,6 +19,10 @@ WIDTHS = (24, 48, 96)
 CONFIDENCE, PLACE, DIRECTION, SHAPE = slice(0, 1), slice(1, 3), slice(3, 5), slice(5, 6)
 """Where in the grid's channels each is."""
 
+NEAR = 0.05
+"""Cells below which an error of place counts by its square: a pixel. Beyond it counts by its length, for labels set by
+hand are now and then far off."""
+
 RARE = -3.5
 """Logit of the confidence to begin with: a cell in thirty has a point."""
 
@@ -131,13 +135,14 @@ def point_losses(raw: torch.Tensor, wanted: Targets) -> dict[str, torch.Tensor]:
     grid, there, known = wanted.grid, wanted.there, wanted.known
     points, labelled = there.sum().clamp(min=1), known.sum().clamp(min=1)
     entropy = functional.binary_cross_entropy_with_logits(raw[:, CONFIDENCE], there, reduction="sum")
-    place = ((torch.sigmoid(raw[:, PLACE]) - grid[:, PLACE]) ** 2 * there).sum()
+    off = functional.smooth_l1_loss(torch.sigmoid(raw[:, PLACE]), grid[:, PLACE], reduction="none", beta=NEAR)
+    place = (off * there).sum()
     unit = functional.normalize(raw[:, DIRECTION], dim=1, eps=1e-6)
     direction = ((unit - grid[:, DIRECTION]) ** 2 * known).sum()
     shape = functional.binary_cross_entropy_with_logits(raw[:, SHAPE], grid[:, SHAPE], reduction="none")
     return {
         "confidence": entropy / points,
-        "place": 10 * place / points,
+        "place": 5 * place / points,
         "direction": direction / labelled,
         "shape": 0.5 * (shape * known).sum() / labelled,
     }

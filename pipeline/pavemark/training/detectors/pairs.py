@@ -22,6 +22,9 @@ from pavemark.training.detectors.network import (
 BESIDE = 0.9
 """Cells within which a point beside a more confident one is that point once more."""
 
+UNLIKELY = -4.0
+"""Logit of a pair to begin with."""
+
 FIRST = 2.0
 """What is added to the confidence of true points as pairs are learnt: they are looked at however unsure they are."""
 
@@ -77,7 +80,8 @@ class Paired(Points):
         with torch.no_grad():
             found = best(activated(raw), self.most, FIRST * wanted.there)
         truth, weight = _wanted(lessons, wanted, found)
-        logits = self.pair_logits(features, found)
+        # Points are learnt as without pairs, whose errors are many times as large to begin with.
+        logits = self.pair_logits([part.detach() for part in features], found)
         entropy = functional.binary_cross_entropy_with_logits(logits, truth, weight, reduction="sum")
         return losses | {"pairs": entropy / truth.sum().clamp(min=1)}
 
@@ -115,7 +119,7 @@ def best(grid: torch.Tensor, most: int, first: torch.Tensor | None = None) -> Fo
     rank = grid[:, 0] if first is None else grid[:, 0] + first[:, 0]
     told = torch.stack([across, down, *grid[:, DIRECTION].unbind(1), grid[:, SHAPE][:, 0], grid[:, 0], rank], 1)
     # A small picture has fewer cells than points are asked for.
-    told = functional.pad(told.flatten(2), (0, 2 * most))
+    told = torch.cat([told.flatten(2), told.new_zeros(told.shape[0], told.shape[1], 2 * most)], 2)
     _, cell = torch.topk(told[:, -1], 2 * most)
     told = _taken(told, cell)
     gap = told[:, :2, :, None] - told[:, :2, None]
