@@ -4,20 +4,17 @@ import json
 import re
 
 import attrs
-import psutil
 import pytest
 from real import STUDY, study
 
 pytest.importorskip("torch", reason="torch is not installed: pip install 'pavemark[train]'")
 
-from pavemark.errors import InputError  # noqa: E402
-from pavemark.study import lessons, runs  # noqa: E402
-from pavemark.study.conduct import conduct, trials  # noqa: E402
-from pavemark.study.places import split  # noqa: E402
-from pavemark.study.rows import Data  # noqa: E402
-from pavemark.study.runs import Run  # noqa: E402
-from pavemark.study.tables import tables  # noqa: E402
-from pavemark.study.training import train_all  # noqa: E402
+from pavemark.study import lessons, runs
+from pavemark.study.conduct import conduct, trials
+from pavemark.study.places import split
+from pavemark.study.rows import Data
+from pavemark.study.runs import Run
+from pavemark.study.tables import tables
 
 POOL = 'pools = ["base"]\nstrategy = "cfds"\nkeep = 3\n'
 ENSEMBLE = '\n[[rows]]\nname = "two"\nreal = 1.0\nparts = 2\n'
@@ -149,28 +146,3 @@ def test_weights_to_begin_with_change_the_detector(tmp_path):
     model, _ = lessons.learnt(run, weights, tmp_path / "b.state")
     assert model == lessons.learnt(run, weights, tmp_path / "b.state")[0]
     assert model != lessons.learnt(run, None, tmp_path / "b.state")[0]
-
-
-def test_a_picture_that_is_broken_ends_the_training(tmp_path):
-    """It is read in another process, which tells it as it is."""
-    found = study(tmp_path, ALONE)
-    train = tuple(split(found)["train"])
-    train[1].image.write_bytes(b"no picture")
-    with pytest.raises(InputError, match=re.escape(str(train[1].image))):
-        train_all([("broken", Run(train, 4, 0, found.training, found.scale))], tmp_path / "out", 1, print)
-    assert not [*(tmp_path / "out").rglob("*")]
-
-
-def test_a_training_that_is_stopped_leaves_no_process(tmp_path):
-    found = study(tmp_path, ALONE)
-    train = tuple(split(found)["train"])
-    wanted = [(f"{steps}", Run(train, steps, 0, found.training, found.scale)) for steps in (1, 10**6)]
-
-    def stop(line):
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        train_all(wanted, tmp_path / "out", 2, stop)
-    assert not [each for each in psutil.Process().children() if "spawn_main" in " ".join(each.cmdline())]
-    there = sorted(path.suffix for path in (tmp_path / "out" / "models").iterdir())
-    assert there == [".onnx", ".pt"]

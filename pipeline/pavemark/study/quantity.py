@@ -133,7 +133,7 @@ def _drawn(f1: dict[int, list[float]]) -> Figure:
     axes = figure.subplots()
     numbers = list(f1)
     means = [100 * statistics.mean(values) for values in f1.values()]
-    # None is a bar of no length with its cap: where there is one seed there is no bar at all.
+    # A bar of no length would say that there is no noise.
     bars = [100 * statistics.stdev(values) if len(values) > 1 else np.nan for values in f1.values()]
     for keep, values in f1.items():
         axes.plot([keep] * len(values), [100 * value for value in values], ".", color=COLOURS[0], alpha=0.4)

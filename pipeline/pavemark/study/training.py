@@ -6,9 +6,11 @@ import multiprocessing
 import signal
 from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 from pavemark import files
+from pavemark.errors import InputError
 from pavemark.study import runs
 from pavemark.study.runs import Run
 
@@ -34,7 +36,7 @@ def train_all(wanted: Iterable[tuple[str, Run]], folder: Path, workers: int, tel
     Raises
     ------
     InputError
-        When torch is missing, or a picture cannot be read.
+        When torch is missing, a picture cannot be read, or a process was ended by someone else.
     """
     lacking = {run.key(): (called, run) for called, run in wanted if not runs.model(run, folder).exists()}
     if not lacking:
@@ -56,7 +58,7 @@ def _train(wanted: list[tuple[str, Run]], folder: Path, workers: int, tell: Tell
             for number, task in enumerate(as_completed(tasks), 1):
                 task.result()
                 tell(f"trained {number}/{len(tasks)}: {tasks[task]}")
-        except BaseException:
+        except BaseException as error:
             # A pool that is shut down no longer tells its processes.
             processes = list((pool._processes or {}).values())
             pool.shutdown(wait=False, cancel_futures=True)
@@ -65,4 +67,8 @@ def _train(wanted: list[tuple[str, Run]], folder: Path, workers: int, tell: Tell
             for process in processes:
                 process.join()
             files.sweep(folder / "models")
+            if isinstance(error, BrokenProcessPool):
+                raise InputError(
+                    "--workers", f"{workers}: one was ended, as where memory runs out: fewer use less"
+                ) from None
             raise
