@@ -34,6 +34,6 @@ def study(study_file: Path, out: Path, real: Path | None, only: tuple[str, ...],
     wanted = design.only(design.read(study_file, real), only)
     out = out.absolute()
     files.writable(out)
-    written = tables(conduct(wanted, out, workers, click.echo, told))
+    written = tables(conduct(wanted, out, workers, click.echo, told), wanted.judge)
     files.write(out / "tables.md", written)
     click.echo(f"\n{written}\n{out / 'tables.md'}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -142,23 +143,24 @@ def _scores(wanted: Sequence[str], made: dict[str, Path], model: Path, folder: P
 def _verdicts(study: Study, trial: Trial, parts: dict[str, list[Example]], folder: Path) -> list[Verdict]:
     models = [runs.model(run, folder) for run in trial.runs]
     votes = [None] if len(models) == 1 else list(VOTES)
-    key = "-".join([models[0].stem, *(str(len(models)),)] if len(models) > 1 else [models[0].stem])
-    path = folder / "results" / f"{key}.json"
+    path = folder / "results" / f"{_judged_by(models, parts, study.tolerance)}.json"
     there = read_json(path) if path.exists() else {}
     verdicts = []
     for vote in votes:
         name = vote or "alone"
         if name not in there:
             there[name] = judge([opened(model) for model in models], vote, parts, study.tolerance)
-            files.write(path, json.dumps(there, indent=1, sort_keys=True) + "\n")
+            files.write(path, json.dumps(there, sort_keys=True) + "\n")
         called = trial.row.name if vote is None else f"{trial.row.name}, {vote}"
         verdicts.append(Verdict(called, trial.row, trial.seed, trial.real, trial.synthetic, there[name]))
     return verdicts
 
 
-def by_row(verdicts: Iterable[Verdict]) -> list[tuple[str, list[Verdict]]]:
-    """Verdicts of one name together, in their order."""
-    grouped: dict[str, list[Verdict]] = {}
-    for verdict in verdicts:
-        grouped.setdefault(verdict.name, []).append(verdict)
-    return list(grouped.items())
+def _judged_by(models: Sequence[Path], parts: dict[str, list[Example]], tolerance: float) -> str:
+    """Hash of the detectors and of all that they are judged by."""
+    told = {
+        "models": [model.stem for model in models],
+        "tolerance": tolerance,
+        **{part: [runs.content(example) for example in parts[part]] for part in ("validation", "test")},
+    }
+    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:32]

@@ -11,7 +11,7 @@ from pavemark.detect.detection import Detector
 from pavemark.detect.example import Example
 from pavemark.evaluate.curve import best_threshold
 from pavemark.evaluate.judge import judged, judged_together
-from pavemark.evaluate.results import plain, result
+from pavemark.evaluate.results import plain, plain_curve, result
 from pavemark.evaluate.tally import Judged
 from pavemark.study.design import Row
 
@@ -48,7 +48,8 @@ def judge(
     Returns
     -------
     dict
-        `threshold`; `test`, `validation` and, by their names, `places` of the test: results as JSON holds them.
+        `threshold`; `test`, `validation` and, by their names, `places` of the test: results as JSON holds them; the
+        `curve` of the test.
     """
 
     def looked(part: str) -> Judged:
@@ -66,5 +67,6 @@ def judge(
         "threshold": threshold,
         "validation": told(validation),
         "test": told(test),
+        "curve": plain_curve(test.points),
         "places": {place: told(of) for place, of in test.by("place").items()},
     }

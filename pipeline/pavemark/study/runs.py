@@ -51,7 +51,7 @@ class Run:
         """
         told = {
             "torch": _torch(),
-            "examples": [_content(example) for example in self.examples],
+            "examples": [content(example) for example in self.examples],
             "steps": self.steps,
             "seed": self.seed,
             "family": self.training.family,
@@ -106,10 +106,11 @@ def train(run: Run, folder: Path) -> Path:
 
 def digest(examples: Iterable[Example]) -> str:
     """Hash of pictures and labels: what was judged by others has another."""
-    return hashlib.sha256(json.dumps([_content(example) for example in examples]).encode()).hexdigest()[:32]
+    return hashlib.sha256(json.dumps([content(example) for example in examples]).encode()).hexdigest()[:32]
 
 
-def _content(example: Example) -> list:
+def content(example: Example) -> list:
+    """What an example is, as JSON may hold it: the hash of its picture, and its labels."""
     labels = [None if each is None else np.asarray(each).tolist() for each in (example.points, example.directions)]
     shapes = [None if each is None else np.asarray(each).tolist() for each in (example.l_shaped, example.slots)]
     return [_digest(example.image), example.frame.scale, *labels, *shapes]
