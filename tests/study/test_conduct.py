@@ -2,10 +2,14 @@
 
 import json
 import re
+import signal
+import subprocess
+import sys
 
 import attrs
+import psutil
 import pytest
-from real import STUDY, study
+from real import STUDY, study, written
 
 pytest.importorskip("torch", reason="torch is not installed: pip install 'pavemark[train]'")
 
@@ -146,3 +150,36 @@ def test_weights_to_begin_with_change_the_detector(tmp_path):
     model, _ = lessons.learnt(run, weights, tmp_path / "b.state")
     assert model == lessons.learnt(run, weights, tmp_path / "b.state")[0]
     assert model != lessons.learnt(run, None, tmp_path / "b.state")[0]
+
+
+PROGRAM = """
+import sys
+from pathlib import Path
+
+from pavemark.study.design import read
+from pavemark.study.places import split
+from pavemark.study.runs import Run
+from pavemark.study.training import train_all
+
+if __name__ == "__main__":
+    found = read(Path(sys.argv[1]))
+    train = tuple(split(found)["train"])
+    wanted = [(f"{steps}", Run(train, steps, 0, found.training, found.scale)) for steps in (1, 10**6)]
+    train_all(wanted, Path(sys.argv[2]), 2, lambda line: print(line, flush=True))
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+def test_a_training_whose_program_is_killed_leaves_no_process(tmp_path, number):
+    program = tmp_path / "program.py"
+    program.write_text(PROGRAM)
+    command = [sys.executable, str(program), str(written(tmp_path, ALONE)), str(tmp_path / "out")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as started:
+        assert started.stdout.readline().startswith("trained 1/2")  # the other is under way, or about to be
+        children = psutil.Process(started.pid).children()
+        started.send_signal(number)
+    assert len(children) > 1
+    _, left = psutil.wait_procs(children, timeout=20)
+    for each in left:
+        each.kill()
+    assert not left

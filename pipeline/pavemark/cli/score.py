@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from pavemark.cli.words import Folder, Part, faults_kept, led
+from pavemark.cli.words import Folder, Number, Part, faults_kept, led
 from pavemark.detect.learned import opened
 from pavemark.job.journal import Shard
 from pavemark.job.progress import shown
@@ -21,7 +21,7 @@ SOME_LACK = 1
 @click.option("--out", metavar="SCORES", required=True, type=Folder(path_type=Path), help="Where the scores go.")
 @click.option("--workers", type=click.IntRange(1, 1024), default=cores, show_default="all cores", help="Threads.")
 @click.option("--shard", type=Part(), default="0/1", help="Score part K of N only, counted from 0.")
-@click.option("--height", type=click.FloatRange(0.1), metavar="M", help="Metres a picture is high, if no label says.")
+@click.option("--height", type=Number(0.1), metavar="M", help="Metres a picture is high, if no label says.")
 @click.option("--quiet", is_flag=True, help="Say only what goes wrong.")
 @led
 def score(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from pavemark.cli.words import Folder
+from pavemark.cli.words import Folder, Number
 from pavemark.errors import InputError
 from pavemark.job.progress import shown
 from pavemark.select.choice import STRATEGIES, Wanted
@@ -28,17 +28,17 @@ LEARNABLE = "learnable"
 @click.option(
     "--learnable",
     metavar="Q",
-    type=click.FloatRange(0, 1, min_open=True),
+    type=Number(0, 1, min_open=True),
     default=0.75,
     show_default=True,
     help="For learnable: beyond this quantile of the loss under --scores nothing can be learned.",
 )
 @click.option("--cap-per-plate", metavar="K", type=click.IntRange(1), help="Most images of one plate.")
-@click.option("--drop-hardest", metavar="SHARE", type=click.FloatRange(0, 1), default=0.0, help="Of most loss: never.")
+@click.option("--drop-hardest", metavar="SHARE", type=Number(0, 1), default=0.0, help="Of most loss: never.")
 @click.option(
     "--near-duplicates",
     metavar="DISTANCE",
-    type=click.FloatRange(0, 2, min_open=True),
+    type=Number(0, 2, min_open=True),
     help="Of images nearer than this, 1 - cosine of their embeddings, keep the first.",
 )
 @click.option("--quiet", is_flag=True, help="Say only what goes wrong.")

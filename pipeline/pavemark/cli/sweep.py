@@ -8,7 +8,7 @@ import click
 
 from pavemark import files
 from pavemark.cli.select import LEARNABLE, STRATEGIES
-from pavemark.cli.words import Folder
+from pavemark.cli.words import Folder, Number
 from pavemark.job.folder import spare
 from pavemark.system import cores
 
@@ -32,13 +32,13 @@ ORDERS = tuple(strategy for strategy in STRATEGIES if strategy != LEARNABLE)
 @click.option(
     "--height",
     metavar="M",
-    type=click.FloatRange(0, min_open=True),
+    type=Number(0, min_open=True),
     help="Metres down a picture of --test and --validation, where a list lacks it.",
 )
 @click.option(
     "--scale",
     metavar="PX/M",
-    type=click.FloatRange(1, 1000),
+    type=Number(1, 1000),
     show_default="the first image's, up to 30",
     help="Pixels per metre that the detectors look at.",
 )

@@ -14,6 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from pavemark import files
 from pavemark.background import cache
+from pavemark.cli.words import Number
 from pavemark.detect.reading import examples
 from pavemark.errors import InputError
 from pavemark.system import cores
@@ -116,7 +117,7 @@ for _network in STEPS:
 @click.option(
     "--share",
     "shares",
-    type=click.FloatRange(0, min_open=True),
+    type=Number(0, min_open=True),
     multiple=True,
     show_default="as many as it has images",
     help="How much is learnt from each --data, in their order.",
@@ -128,11 +129,11 @@ for _network in STEPS:
 @THREADS
 @click.option(
     "--scale",
-    type=click.FloatRange(1, 1000),
+    type=Number(1, 1000),
     show_default=f"the first image's, up to {FINEST:g}",
     help="Pixels per metre that the detector looks at.",
 )
-@click.option("--height", type=click.FloatRange(0, min_open=True), help="Metres down a picture, where a list lacks it.")
+@click.option("--height", type=Number(0, min_open=True), help="Metres down a picture, where a list lacks it.")
 @click.option(
     "--start", metavar="FILE", type=click.Path(path_type=Path), help="Weights (.pt) to begin from: fine-tuning."
 )

@@ -48,19 +48,21 @@ def make(study: Study, train: Sequence[Example], folder: Path, workers: int) -> 
     Raises
     ------
     InputError
-        When a job cannot be done, or was stopped.
+        When a job cannot be done.
+    KeyboardInterrupt
+        When one was stopped by a signal: the same call goes on with it.
     """
     if not study.pools:
         return {}
     views, stock = folder / "views", folder / "plates"
     write_views(train, study.frame, views)
     inputs = Inputs(images=str(views), scale=study.scale)
-    _done(plates.make(inputs, stock, Machine(plates.WORKER, workers), shown(False, "plates")), stock)
+    _done(plates.make(inputs, stock, Machine(plates.WORKER, workers), shown(False, "plates")))
     made = {}
     for pool in study.pools:
         made[pool] = folder / "pools" / pool
         print(f"pool {pool}", flush=True)
-        _done(run(job(study, pool, stock), made[pool], Shard(), Machine(WORKER, workers), shown(False)), made[pool])
+        _done(run(job(study, pool, stock), made[pool], Shard(), Machine(WORKER, workers), shown(False)))
     return made
 
 
@@ -128,7 +130,7 @@ def _own_points(real: Example, scene: Scene) -> np.ndarray:
     return moved[frame.contains(moved)]
 
 
-def _done(code: int, folder: Path) -> None:
-    # 1 says that images were left out, each told already; more, that it was stopped.
+def _done(code: int) -> None:
+    # 1 says that images were left out, each told already; more, that a signal stopped it, which is told as well.
     if code > 1:
-        raise InputError(folder, "was stopped: the same command goes on with it")
+        raise KeyboardInterrupt

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
+import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
-from pavemark import files
+from pavemark import files, system
 from pavemark.errors import InputError
 from pavemark.study import runs
 from pavemark.study.runs import Run
@@ -20,7 +22,8 @@ Tell = Callable[[str], None]
 def train_all(wanted: Iterable[tuple[str, Run]], folder: Path, workers: int, tell: Tell) -> None:
     """Train what lacks, several at a time.
 
-    When it is stopped, or one of them fails, those that are being trained are ended, and leave no file half-written.
+    When it is stopped, or one of them fails, those that are being trained are ended, and leave no file half-written;
+    so are they when this process is killed.
 
     Parameters
     ----------
@@ -50,11 +53,12 @@ def train_all(wanted: Iterable[tuple[str, Run]], folder: Path, workers: int, tel
 
 def _train(wanted: list[tuple[str, Run]], folder: Path, workers: int, tell: Tell) -> None:
     context = multiprocessing.get_context("spawn")
-    # Ctrl-C in a terminal goes to all that run in it: here alone it is decided when a process ends.
-    ignoring = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_IGN)}
-    with ProcessPoolExecutor(min(workers, len(wanted)), mp_context=context, **ignoring) as pool:
-        tasks = {pool.submit(runs.train, run, folder): called for called, run in wanted}
+    files.sweep(folder / "models")
+    with ProcessPoolExecutor(min(workers, len(wanted)), mp_context=context, initializer=_led) as pool:
         try:
+            # Ctrl-C in a terminal goes to all that run in it: here alone it is decided when a process ends.
+            with system.uninterrupted():
+                tasks = {pool.submit(runs.train, run, folder): called for called, run in wanted}
             for number, task in enumerate(as_completed(tasks), 1):
                 task.result()
                 tell(f"trained {number}/{len(tasks)}: {tasks[task]}")
@@ -72,3 +76,15 @@ def _train(wanted: list[tuple[str, Run]], folder: Path, workers: int, tell: Tell
                     "--workers", f"{workers}: one was ended, as where memory runs out: fewer use less"
                 ) from None
             raise
+
+
+def _led() -> None:
+    """Have this process of a pool heed no Ctrl-C, and end with the one that started it, however that ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    # Whoever is killed tells its pool nothing: it would train for hours, and then wait for more forever.
+    multiprocessing.parent_process().join()
+    os._exit(1)
