@@ -49,7 +49,7 @@ def test_from_the_file_to_the_tables(tmp_path):
     results = [json.loads(path.read_text())["alone"] for path in (out / "results").iterdir()]
     assert len(results) == 2
     for verdict in verdicts:
-        assert verdict.figures in results
+        assert json.loads(json.dumps(verdict.figures)) in results
         assert (verdict.figures["test"]["images"], verdict.figures["test"]["truths"]) == (2, 2)
         assert list(verdict.figures["places"]) == ["east"]
     rows = re.findall(r"^\| (real|easiest) \| (\d) \| (\d) \| (\d) \|", tables(verdicts, "real"), re.M)
