@@ -13,14 +13,14 @@ from real import STUDY, study, written
 
 pytest.importorskip("torch", reason="torch is not installed: pip install 'pavemark[train]'")
 
-from pavemark.errors import InputError  # noqa: E402
-from pavemark.study import lessons, runs  # noqa: E402
-from pavemark.study.conduct import conduct, trials  # noqa: E402
-from pavemark.study.places import split  # noqa: E402
-from pavemark.study.rows import Data  # noqa: E402
-from pavemark.study.runs import Run  # noqa: E402
-from pavemark.study.tables import tables  # noqa: E402
-from pavemark.study.training import train_all  # noqa: E402
+from pavemark.errors import InputError
+from pavemark.study import lessons, runs
+from pavemark.study.conduct import conduct, trials
+from pavemark.study.places import split
+from pavemark.study.rows import Data
+from pavemark.study.runs import Run
+from pavemark.study.tables import tables
+from pavemark.study.training import train_all
 
 POOL = 'pools = ["base"]\nstrategy = "cfds"\nkeep = 3\n'
 ENSEMBLE = '\n[[rows]]\nname = "two"\nreal = 1.0\nparts = 2\n'
