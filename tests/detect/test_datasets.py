@@ -53,6 +53,8 @@ def test_a_list_of_points(tmp_path):
     assert example.groups == PLACE
     (told,) = reading.examples(listed(tmp_path, LINE | {"scale": 7.0}), height=15.0)
     assert told.frame.scale == 7.0
+    (of_none,) = reading.examples(listed(tmp_path, LINE | {"place": None}), height=15.0)
+    assert "place" not in of_none.groups
 
 
 @pytest.mark.parametrize(
@@ -63,8 +65,12 @@ def test_a_list_of_points(tmp_path):
         ({"h": True}, "h = True"),
         ({"w": 3}, "width"),
         ({"scale": "x"}, "scale"),
-        ({"points": [[1]]}, "reshape"),
-        ({"points": [[1, "x"]]}, "could not convert"),
+        ({"scale": True}, "scale = True"),
+        ({"image": ""}, "image = ''"),
+        ({"place": ["a"]}, r"place = \['a'\]"),
+        ({"points": [[1]]}, "points: a list of"),
+        ({"points": [[1, 2, 3], [4, 5, 6]]}, "points: a list of"),
+        ({"points": [[1, "x"]]}, "points: a list of"),
         ({"points": [[float("nan"), 1]]}, "finite"),
         ({"points": [[97, 1]]}, r"\(97, 1\)"),
     ],
@@ -87,6 +93,7 @@ def test_a_list_without_a_scale(tmp_path):
     [
         ("[]", "marks and slots"),
         ('{"marks": [[1, 2, 3]], "slots": []}', "marks and slots"),
+        ('{"marks": [[1, 2], [1, 2], [1, 2], [1, 2], [1, 2]], "slots": []}', "marks and slots"),
         ('{"marks": [[1, 2, 1, 2, 0]], "slots": []}', "direction"),
         ('{"marks": [[NaN, 2, 1, 3, 0]], "slots": []}', "finite"),
         ('{"marks": [[1, 2, 1, 3, 0]], "slots": [[1, 2, 1, 90]]}', "two different marks, 1 to 1"),

@@ -104,6 +104,35 @@ def test_a_crossing_has_stripes_as_wide_as_the_ground_between_them():
         assert one.distance(other) == pytest.approx(lying.stripe)
 
 
+@pytest.mark.parametrize("number", range(12))
+def test_each_of_two_rows_has_its_half_of_the_aisle(number):
+    """The narrowest aisle that is drawn: whole crossings would reach into the slots across it."""
+    of, wide = row(), drawn(number)
+    across = attrs.evolve(of, origin=tuple(np.asarray(of.origin) - 2.5 * of.normal), heading=of.heading + math.pi)
+    halves = [aisle.beside(wide, one, [other]) for one, other in ((of, across), (across, of))]
+    for lying, one, other in ((halves[0], of, across), (halves[1], across, of)):
+        mine = [aisle.marking(lying, one, WHITE), *aisle.floors(lying, one)[1:]]
+        for each in filter(None, mine):
+            away = -(np.array(shapes(each).convex_hull.exterior.coords) - one.origin) @ one.normal
+            assert away.max() <= 1.25 + 1e-6
+            assert shapes(each).intersection(unary_union([Polygon(slot.corners) for slot in slots(other)])).area < 1e-6
+        assert not (lying.band and len(lying.lines) < 2)
+
+
+def test_with_room_nothing_is_left_out():
+    of, lying = row(), drawn(3)
+    lying = attrs.evolve(lying, hatch=None)
+    far = attrs.evolve(of, origin=tuple(np.asarray(of.origin) - 20.0 * of.normal), heading=of.heading + math.pi)
+    assert aisle.beside(lying, of, []) == aisle.beside(lying, of, [far]) == lying
+
+
+def test_a_hatched_box_is_not_painted_on_a_crossing():
+    of, lying = row(), drawn(4)
+    apart = attrs.evolve(lying.zebra, start=0.0, length=1.5), attrs.evolve(lying.hatch, start=1.0, length=1.5)
+    assert aisle.beside(attrs.evolve(lying, zebra=apart[0], hatch=apart[1]), of, []).hatch == apart[1]
+    assert aisle.beside(attrs.evolve(lying, zebra=apart[0], hatch=apart[0]), of, []).hatch is None
+
+
 def test_nothing_is_painted_where_nothing_is_drawn():
     assert aisle.sample(np.random.default_rng(0), aisle.Ranges()) is None
     bare = drawn(1, aisle.Ranges(rate=1.0, line=0.0, zebra=0.0, hatch=0.0, floor=0.0))

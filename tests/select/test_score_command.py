@@ -112,6 +112,8 @@ def test_a_model_that_is_of_no_use(dataset, tmp_path, capfd, change, said):
         (("--shard", "2/2"), "K from 0 to N - 1"),
         (("--workers", "0"), "0 is not in the range"),
         (("--height", "-1"), "-1"),
+        (("--height", "nan"), "nan: a finite number"),
+        (("--model", ""), "it is empty: a file is needed"),
     ],
 )
 def test_score_options(dataset, model, tmp_path, capfd, words, said):
@@ -127,7 +129,9 @@ def test_score_options(dataset, model, tmp_path, capfd, words, said):
         (("--keep", "3", "--strategy", "learnable"), "--scores-learner"),
         (("--keep", "3", "--scores-learner", "x"), "--scores-learner: goes with --strategy learnable"),
         (("--keep", "3", "--near-duplicates", "0"), "near-duplicates"),
-        (("--keep", "3", "--near-duplicates", "nan"), "near_duplicates"),
+        (("--keep", "3", "--near-duplicates", "nan"), "nan: a finite number"),
+        (("--keep", "3", "--drop-hardest", "nan"), "nan: a finite number"),
+        (("--keep", "3", "--strategy", "learnable", "--learnable", "nan"), "nan: a finite number"),
         (("--keep", "3", "--drop-hardest", "2"), "drop-hardest"),
         (("--keep", "3", "--cap-per-plate", "0"), "cap-per-plate"),
         (("--keep", "3", "--cap-per-plate", "1"), "--keep: 3: 2 of 12 images are left"),

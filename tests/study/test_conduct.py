@@ -87,6 +87,13 @@ def test_told_trains_nothing(conducted, monkeypatch):
     assert stamps(folder / "out") == before
 
 
+@pytest.mark.parametrize(("text", "said"), [(ALONE, "no detector of 'real'"), (STUDY, "base: is no folder")])
+def test_told_before_anything_is_there_makes_nothing(tmp_path, text, said):
+    with pytest.raises(InputError, match=said):
+        told([], study(tmp_path, text), tmp_path / "out", only_told=True)
+    assert not [*(tmp_path / "out").rglob("*")]
+
+
 def test_a_changed_label_is_another_run(tmp_path):
     found = study(tmp_path, ALONE)
 

@@ -46,6 +46,11 @@ def test_some_rows_alone(tmp_path):
         ('name = "easiest"', 'name = "real"', "'real' is there twice"),
         ("height = 6.4", "", "height"),
         ("steps = 4", "steps = 0", "steps = 0"),
+        ("real = 1.0", "real = 1.0\nseeds = [0, -1]", "0 or more"),
+        ("frame = [48, 64]", "frame = [0, 64]", "frame = \\[0, 64\\]"),
+        ("[pools.base]\ncount = 6", "[pools]\nbase = 6", "pools.base = 6: a table"),
+        ("[pools.base]", '[pools."../base"]', "pools: '../base': the name of a folder"),
+        ('pools = ["base"]', 'pools = ["base"]\nreal = 1.0\nfine_tune = true\nparts = 2', "fine_tune: with parts = 2"),
         ("batch = 2", "bach = 2", "bach"),
         ("[places]", "[places", "not a TOML file"),
     ],
@@ -73,3 +78,6 @@ def test_a_pool_starts_from_another(tmp_path):
     wrong = study(tmp_path, STUDY + "\n[pools.bent]\nnoize = 3\n")
     with pytest.raises(InputError, match=r"pools.bent: .*noize"):
         pools.job(wrong, "bent", tmp_path)
+    with pytest.raises(InputError, match=r"pools.bent: .*noize"):
+        pools.make(wrong, (), tmp_path / "out", 1)
+    assert not (tmp_path / "out").exists()

@@ -12,6 +12,7 @@ from pavemark import cli  # noqa: E402
 from pavemark.detect.learned import opened  # noqa: E402
 from pavemark.detect.reading import examples  # noqa: E402
 from pavemark.ground import Frame  # noqa: E402
+from pavemark.training.detectors import command  # noqa: E402
 from pavemark.training.detectors.datasets import Lessons, digest, largest  # noqa: E402
 
 
@@ -54,6 +55,32 @@ def test_twice_the_same(tmp_path, capfd):
     for name in ("a", "b"):
         assert run(capfd, "--data", data, "--out", tmp_path / f"{name}.onnx", "--steps", 2)[0] == 0
     assert (tmp_path / "a.onnx").read_bytes() == (tmp_path / "b.onnx").read_bytes()
+
+
+def test_what_is_stopped_as_the_model_is_written_is_not_in_the_way(tmp_path, capfd, monkeypatch):
+    words = ("--data", listed(tmp_path / "streets"), "--out", tmp_path / "a.onnx", "--steps", 1)
+
+    def stopped(*of):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(command, "exported", stopped)
+        assert run(capfd, *words)[0] == 130
+    assert [path.name for path in tmp_path.iterdir()] == ["streets"]
+    assert run(capfd, *words)[0] == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"streets", "a.onnx", "a.pt"}
+
+
+@pytest.mark.parametrize("option", ["--data", "--start"])
+def test_an_empty_path(tmp_path, capfd, option):
+    words = ("--data", listed(tmp_path / "streets"), "--out", tmp_path / "a.onnx")
+    assert "it is empty" in run(capfd, *words, option, "")[1]
+
+
+@pytest.mark.parametrize("words", [("--scale", "nan"), ("--height", "nan"), ("--share", "nan"), ("--share", "inf")])
+def test_what_is_no_number(tmp_path, capfd, words):
+    said = run(capfd, "--data", listed(tmp_path / "streets"), "--out", tmp_path / "a.onnx", "--steps", 1, *words)
+    assert said[0] == 2 and "a finite number is allowed" in said[1]
 
 
 @pytest.mark.parametrize("content", [b"", b"no weights", None])

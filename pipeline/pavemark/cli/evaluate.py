@@ -15,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from pavemark import files
-from pavemark.cli.words import Folder, Number
+from pavemark.cli.words import File, Folder, Number
 from pavemark.detect.example import Example
 from pavemark.detect.learned import opened
 from pavemark.detect.reading import count, examples
@@ -53,7 +53,7 @@ WIDE = 130
     metavar="FILE.onnx",
     multiple=True,
     required=True,
-    type=click.Path(path_type=Path),
+    type=File(path_type=Path),
     help="The detector; several, each with --model, judge together.",
 )
 @click.option("--vote", type=click.Choice(list(VOTES)), help="What several detectors keep: found by any, all, most.")

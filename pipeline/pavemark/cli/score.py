@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from pavemark.cli.words import Folder, Number, Part, faults_kept, led
+from pavemark.cli.words import File, Folder, Number, Part, faults_kept, led
 from pavemark.detect.learned import opened
 from pavemark.job.journal import Shard
 from pavemark.job.progress import shown
@@ -17,7 +17,7 @@ SOME_LACK = 1
 
 @click.command()
 @click.argument("dataset", metavar="DATASET", type=Folder(path_type=Path))
-@click.option("--model", metavar="FILE", required=True, type=click.Path(path_type=Path), help="A detector, ONNX.")
+@click.option("--model", metavar="FILE", required=True, type=File(path_type=Path), help="A detector, ONNX.")
 @click.option("--out", metavar="SCORES", required=True, type=Folder(path_type=Path), help="Where the scores go.")
 @click.option("--workers", type=click.IntRange(1, 1024), default=cores, show_default="all cores", help="Threads.")
 @click.option("--shard", type=Part(), default="0/1", help="Score part K of N only, counted from 0.")

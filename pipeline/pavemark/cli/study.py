@@ -7,12 +7,13 @@ from pathlib import Path
 import click
 
 from pavemark import files
-from pavemark.cli.words import Folder
+from pavemark.cli.words import File, Folder
+from pavemark.job.folder import spare
 from pavemark.system import cores
 
 
 @click.command()
-@click.argument("study_file", metavar="STUDY.toml", type=click.Path(path_type=Path))
+@click.argument("study_file", metavar="STUDY.toml", type=File(path_type=Path))
 @click.option(
     "--out", metavar="DIR", required=True, type=Folder(path_type=Path), help="Where all that it makes is kept."
 )
@@ -32,6 +33,7 @@ def study(study_file: Path, out: Path, real: Path | None, only: tuple[str, ...],
     from pavemark.study.tables import tables  # noqa: PLC0415
 
     wanted = design.only(design.read(study_file, real), only)
+    spare(out, (), (wanted.real,), "")
     out = out.absolute()
     files.writable(out)
     written = tables(conduct(wanted, out, workers, click.echo, told), wanted.judge)

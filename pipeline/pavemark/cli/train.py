@@ -14,10 +14,10 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from pavemark import files
 from pavemark.background import cache
-from pavemark.cli.words import Number
+from pavemark.cli.words import File, Folder, Number
 from pavemark.detect.reading import examples
 from pavemark.errors import InputError
-from pavemark.system import cores
+from pavemark.system import cores, replace
 from pavemark.training.pool import drawn
 
 VIEWS = {"segmenter": 4000, "inpainter": 1600}
@@ -83,7 +83,7 @@ def _drawn_for(network: str) -> click.Command:
     @THREADS
     @click.option("--workers", type=click.IntRange(1), default=cores, show_default="all cores", help="Of the drawing.")
     @click.option(
-        "--pool", "kept", metavar="DIR", type=click.Path(path_type=Path), help="Where the views are kept, 0.9 MB each."
+        "--pool", "kept", metavar="DIR", type=Folder(path_type=Path), help="Where the views are kept, 0.9 MB each."
     )
     def command(out: Path, views: int, steps: int, seed: int, threads: int, workers: int, kept: Path | None) -> None:
         trained = _trained(network)
@@ -111,7 +111,7 @@ for _network in STEPS:
     metavar="DATASET",
     multiple=True,
     required=True,
-    type=click.Path(path_type=Path),
+    type=Folder(path_type=Path),
     help="Labelled images: a dataset, a selection of one, or a folder with labels.jsonl. May be given several times.",
 )
 @click.option(
@@ -134,9 +134,7 @@ for _network in STEPS:
     help="Pixels per metre that the detector looks at.",
 )
 @click.option("--height", type=Number(0, min_open=True), help="Metres down a picture, where a list lacks it.")
-@click.option(
-    "--start", metavar="FILE", type=click.Path(path_type=Path), help="Weights (.pt) to begin from: fine-tuning."
-)
+@click.option("--start", metavar="FILE", type=File(path_type=Path), help="Weights (.pt) to begin from: fine-tuning.")
 def detector(
     family: str,
     datasets: tuple[Path, ...],
@@ -168,12 +166,15 @@ def detector(
         )
     if scale is None:
         scale = min(FINEST, sets[0][0].frame.scale)
-    with _shown("steps", steps) as tell:
+    files.sweep(out.parent)
+    # The weights are there when the model is: one without the other would be in the way of the same command again.
+    ready = files.aside(weights)
+    with _shown("steps", steps) as tell, _gone(ready):
         learning.train(
             family,
             sets,
             out,
-            weights,
+            ready,
             steps=steps,
             seed=seed,
             shares=shares or None,
@@ -184,7 +185,17 @@ def detector(
             trained_on=", ".join(dataset.resolve().name for dataset in datasets),
             tell=tell,
         )
+        replace(ready, weights)
     click.echo(f"{out}  {out.stat().st_size / 1e6:.1f} MB")
+
+
+@contextmanager
+def _gone(path: Path) -> Iterator[None]:
+    """Entered while a file is made that is not to be left behind."""
+    try:
+        yield
+    finally:
+        path.unlink(missing_ok=True)
 
 
 def _learning() -> ModuleType:

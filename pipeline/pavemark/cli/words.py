@@ -26,10 +26,18 @@ from pavemark.system import reader_gone
 class Folder(click.Path):
     """A path that was given: an unset variable of a shell script is not the working directory."""
 
+    kind = "folder"
+
     def convert(self, value, param, ctx):
         if not str(value):
-            self.fail("it is empty: a folder is needed", param, ctx)
+            self.fail(f"it is empty: a {self.kind} is needed", param, ctx)
         return super().convert(value, param, ctx)
+
+
+class File(Folder):
+    """The same of a file."""
+
+    kind = "file"
 
 
 class Number(click.FloatRange):

@@ -201,8 +201,7 @@ def _dmpr(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Points, directions, L or not, and slots; DMPR counts pixels from the centre of the first, which is 1."""
     told = read_json(path)
     try:
-        marks = np.array(told["marks"], np.float64).reshape(-1, 5)
-        slots = np.array(told["slots"], np.float64).reshape(-1, 4)[:, :2]
+        marks, slots = _rows(told["marks"], 5), _rows(told["slots"], 4)[:, :2]
     except (KeyError, TypeError, ValueError):
         raise InputError(
             path, "marks and slots: lists of [x, y, x_dir, y_dir, shape] and [i, j, type, angle]"
@@ -226,19 +225,28 @@ def _listed(dataset: Path, height: float | None) -> Iterator[Example]:
             if height is None:
                 raise InputError(where, "has no scale: pixels per metre there, or the height of the pictures in metres")
             scale = tall / height
-        elif not isinstance(scale, (int, float)):
+        elif not isinstance(scale, (int, float)) or isinstance(scale, bool):
             raise InputError(where, f"scale = {scale!r}: pixels per metre are allowed")
         try:
             frame = Frame(width, tall, scale)
-            points = np.array(_field(line, "points", where), np.float64).reshape(-1, 2)
         except (TypeError, ValueError) as error:
             raise InputError(where, f"{error}") from None
+        try:
+            points = _rows(_field(line, "points", where), 2)
+        except (TypeError, ValueError):
+            raise InputError(where, "points: a list of [u, v] is allowed") from None
         if not all(map(math.isfinite, points.ravel())):
             raise InputError(where, "points: finite numbers are allowed")
         outside = ~((points >= 0) & (points <= (width, tall))).all(1)
         if outside.any():
             u, v = points[outside][0]
             raise InputError(where, f"points: ({u:g}, {v:g}): within the picture of {width}×{tall} is allowed")
+        if not PurePosixPath(name).name:
+            raise InputError(where, f"image = {name!r}: the path of a picture, from the folder, is allowed")
+        groups = {group: line[group] for group in ("place", "scene", "side") if line.get(group) is not None}
+        for group, value in groups.items():
+            if not isinstance(value, (str, int, float)):
+                raise InputError(where, f"{group} = {value!r}: a name is allowed")
         yield Example(
             name=_name(name),
             image=dataset / name,
@@ -247,8 +255,16 @@ def _listed(dataset: Path, height: float | None) -> Iterator[Example]:
             directions=None,
             l_shaped=None,
             slots=None,
-            groups={group: str(line[group]) for group in ("place", "scene", "side") if group in line},
+            groups={group: str(value) for group, value in groups.items()},
         )
+
+
+def _rows(told: Any, length: int) -> np.ndarray:
+    """Rows of numbers, or a single one, (N, length) float64; a ValueError for other lengths: no row is cut anew."""
+    rows = np.array(told, np.float64)
+    if rows.shape not in ((0,), (length,)) and rows.shape[1:] != (length,):
+        raise ValueError(f"{rows.shape}")
+    return rows.reshape(-1, length)
 
 
 def _field(line: dict[str, Any], field: str, where: str) -> Any:

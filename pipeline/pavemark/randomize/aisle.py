@@ -7,6 +7,7 @@ box for marking points, and overlook those of slots on a painted floor.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import attrs
 import numpy as np
@@ -31,6 +32,9 @@ one car park (97 and 68 of them); blue is that green with two channels exchanged
 
 _GROUND = 0.13
 """Linear light of a grey floor, for the absolute colour of a floor paint."""
+
+_SHALLOW = 0.4
+"""Metres from the row into the aisle below which there is no box."""
 
 
 @attrs.frozen
@@ -144,6 +148,27 @@ def sample(rng: np.random.Generator, ranges: Ranges) -> Aisle | None:
     )
 
 
+def beside(aisle: Aisle, row: Row, others: Iterable[Row]) -> Aisle:
+    """What of it has room before a row: as far as the middle of the aisle where there is a row across it.
+
+    Parameters
+    ----------
+    aisle : Aisle
+    row : Row
+    others : iterable of Row
+        All other rows of the image.
+    """
+    ends = [other.at(end) for other in others for end in _ends(aisle, other)]
+    room = min([-float((np.asarray(end) - row.origin) @ row.normal) / 2 for end in ends], default=math.inf)
+    lines = tuple(line for line in aisle.lines if line + aisle.width / 2 <= room)
+    zebra, hatch = _cut(aisle.zebra, room), _cut(aisle.hatch, room - aisle.width / 2)
+    if zebra is not None and hatch is not None:
+        (begin, end), (first, last) = _place(row, zebra), _place(row, hatch)
+        if begin < last + aisle.width and first - aisle.width < end:
+            hatch = None  # one of them is painted at a place
+    return attrs.evolve(aisle, lines=lines, band=aisle.band if len(lines) == 2 else "", zebra=zebra, hatch=hatch)
+
+
 def floors(aisle: Aisle, row: Row) -> tuple[Marking, ...]:
     """Painted ground of a row, which lies below all its lines and is not labelled."""
     found = []
@@ -174,6 +199,13 @@ def marking(aisle: Aisle, row: Row, paint: Paint) -> Marking | None:
 def _box(rng: np.random.Generator, near: tuple[float, float], deep: tuple[float, float]) -> Box:
     start, from_line = rng.random(), uniform(rng, near)
     return Box(start, uniform(rng, (1.5, 4.5)), from_line, from_line + uniform(rng, deep))
+
+
+def _cut(box: Box | None, room: float) -> Box | None:
+    """A box as far as there is room for it, None where that is next to nothing."""
+    if box is None or room - box.near < _SHALLOW:
+        return None
+    return attrs.evolve(box, far=min(box.far, room))
 
 
 def _floor_paint(name: str, opacity: float) -> Paint:

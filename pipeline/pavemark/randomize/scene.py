@@ -92,16 +92,20 @@ def randomize(
         markings.append(Marking("original", textured(0, coloured(0)), areas=original))
     if rows:
         paint = coloured(0)
-        beside = aisle.sample(rng(Stage.AISLE), domains.aisle)
-        for row in rows if beside is not None else ():
-            markings += aisle.floors(beside, row)
+        along = aisle.sample(rng(Stage.AISLE), domains.aisle)
+        beside = [
+            (row, aisle.beside(along, row, rows[:number] + rows[number + 1 :]))
+            for number, row in enumerate(rows if along is not None else ())
+        ]
+        for row, lying in beside:
+            markings += aisle.floors(lying, row)
         for number, row in enumerate(rows):
             old = former.sample(rng(Stage.FORMER, number), domains.texture.former)
             if old is not None:
                 markings.append(former.marking(old, row, coloured(_FORMER_MARKING + number)))
-        if beside is not None:
+        if beside:
             line = textured(_AISLE_MARKING, coloured(_AISLE_MARKING))
-            markings += filter(None, (aisle.marking(beside, row, line) for row in rows))
+            markings += filter(None, (aisle.marking(lying, row, line) for row, lying in beside))
         sign = symbols.sample(rng(Stage.SYMBOL), domains.layout.symbol_rate)
         if sign is not None:
             markings.append(symbols.marking(sign, rows[0], textured(_SYMBOL_MARKING, paint)))

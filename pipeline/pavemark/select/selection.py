@@ -101,7 +101,10 @@ def of_dataset(scores: Scores, dataset: Path) -> list[Candidate]:
         else:
             lacking, first = lacking + 1, first or name
     if lacking:
-        raise InputError(scores.folder, f"lacks {lacking} of the images of {dataset}, the first is {first}")
+        raise InputError(
+            scores.folder,
+            f"lacks {lacking} of the images of {dataset}, the first is {first}: pavemark score adds those it can read",
+        )
     return list(found.values())
 
 

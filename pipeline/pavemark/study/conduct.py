@@ -12,6 +12,7 @@ import attrs
 from pavemark import files
 from pavemark.detect.example import Example
 from pavemark.detect.learned import opened
+from pavemark.errors import InputError
 from pavemark.evaluate.ensembles import VOTES
 from pavemark.job.progress import shown
 from pavemark.records import read_json
@@ -63,7 +64,7 @@ def conduct(study: Study, folder: Path, workers: int, tell: Tell, only_told: boo
     tell : callable
         Told a line now and then.
     only_told : bool
-        Whether rows whose detectors are there are told, and no other is trained.
+        Whether rows whose detectors are there are told, no other is trained, and no image is made.
 
     Returns
     -------
@@ -76,29 +77,31 @@ def conduct(study: Study, folder: Path, workers: int, tell: Tell, only_told: boo
         When something is missing, or of no use.
     """
     parts = split(study)
-    made = pools.make(study, parts["train"], folder, workers)
+    made = pools.there(study, folder) if only_told else pools.make(study, parts["train"], folder, workers)
     data = Data(
         tuple(parts["train"]),
         {pool: tuple(pools.learnt_from(path, parts["train"])) for pool, path in made.items()},
     )
     first = next(row for row in study.rows if row.name == study.judge)
     trial = trials(study, [first], data)[:1]
+    if only_told and not _trained(trial[0], folder):
+        raise InputError(folder, f"has no detector of {study.judge!r}, which judges: without --told it is trained")
     _train(trial, folder, workers, tell)
     wanted = sorted({pool for row in study.rows if row.strategy != ALL for pool in row.pools})
     data = attrs.evolve(data, scores=_scores(wanted, made, runs.model(trial[0].runs[0], folder), folder, tell))
-    learner = [row for row in study.rows if row.strategy == LEARNABLE]
+    rows = study.rows
+    learner = [row for row in rows if row.strategy == LEARNABLE]
+    # Whoever has learned from as many images at random is who has yet to learn.
+    trial = trials(study, [attrs.evolve(row, strategy="random", seeds=(0,)) for row in learner[:1]], data)
+    if only_told and trial and not _trained(trial[0], folder):
+        rows, learner = tuple(row for row in rows if row not in learner), []
     if learner:
-        # Whoever has learned from as many images at random is who has yet to learn.
-        random = attrs.evolve(learner[0], strategy="random", seeds=(0,))
-        trial = trials(study, [random], data)
         _train(trial, folder, workers, tell)
         of = sorted({pool for row in learner for pool in row.pools})
         data = attrs.evolve(data, learner=_scores(of, made, runs.model(trial[0].runs[0], folder), folder, tell))
-    wanted_trials = trials(study, study.rows, data)
+    wanted_trials = trials(study, rows, data)
     if only_told:
-        wanted_trials = [
-            trial for trial in wanted_trials if all(runs.model(run, folder).exists() for run in trial.runs)
-        ]
+        wanted_trials = [trial for trial in wanted_trials if _trained(trial, folder)]
     _train(wanted_trials, folder, workers, tell)
     return [verdict for trial in wanted_trials for verdict in _verdicts(study, trial, parts, folder)]
 
@@ -122,6 +125,10 @@ def _trial(study: Study, row: Row, seed: int, data: Data) -> Trial:
     else:
         made = (run([*real_ones, *drawn], training.steps),)
     return Trial(row, seed, made, len(real_ones), len(drawn))
+
+
+def _trained(trial: Trial, folder: Path) -> bool:
+    return all(runs.model(run, folder).exists() for run in trial.runs)
 
 
 def _train(wanted: Sequence[Trial], folder: Path, workers: int, tell: Tell) -> None:

@@ -111,12 +111,16 @@ class Row:
             raise ValueError(f"{self.name}: neither real nor pools: a row has to learn from something")
         if self.fine_tune and not (self.real and self.pools):
             raise ValueError(f"{self.name}: fine_tune: both pools, to begin with, and real, to end with, are needed")
+        if self.fine_tune and self.parts > 1:
+            raise ValueError(f"{self.name}: fine_tune: with parts = {self.parts} it is not allowed")
         if self.strategy == ALL and self.keep is not None:
             raise ValueError(f"{self.name}: keep = {self.keep}: with a strategy it is allowed, and {ALL} keeps all")
         if self.strategy != ALL and (self.keep is None or not self.pools):
             raise ValueError(f"{self.name}: strategy = {self.strategy!r}: pools and keep are needed")
         if not self.seeds or len(set(self.seeds)) < len(self.seeds):
             raise ValueError(f"{self.name}: seeds = {list(self.seeds)}: at least one, and each once, are allowed")
+        if min(self.seeds) < 0:
+            raise ValueError(f"{self.name}: seeds = {list(self.seeds)}: 0 or more is allowed")
 
 
 @attrs.frozen
@@ -157,6 +161,14 @@ class Study:
     tolerance: float = attrs.field(default=10.0, validator=within(0.1, 1000.0))
 
     def __attrs_post_init__(self) -> None:
+        if min(self.frame) < 1:
+            raise ValueError(f"frame = {list(self.frame)}: width and height in pixels, 1 or more, are allowed")
+        for pool, tables in self.pools.items():
+            # It is the name of a folder, and begins those of the images in it.
+            if pool in ("", ".", "..") or set(pool) & set("/\\:\0"):
+                raise ValueError(f"pools: {pool!r}: the name of a folder is allowed")
+            if not isinstance(tables, dict):
+                raise ValueError(f"pools.{pool} = {tables!r}: a table is allowed")
         names = [row.name for row in self.rows]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:

@@ -35,7 +35,7 @@ def split(study: Study) -> dict[str, list[Example]]:
             found[part_of[place]].append(example)
     lacking = [place for place in part_of if place not in seen]
     if lacking:
-        told = ", ".join(sorted(filter(None, seen)))
+        told = ", ".join(sorted(filter(None, seen))) or "none, for its images tell no place"
         raise InputError(study.real, f"place {lacking[0]!r} has no image: allowed {told}")
     return found
 

@@ -55,15 +55,20 @@ def make(study: Study, train: Sequence[Example], folder: Path, workers: int) -> 
     if not study.pools:
         return {}
     views, stock = folder / "views", folder / "plates"
+    jobs = {pool: job(study, pool, stock) for pool in study.pools}  # a table that is wrong is told before hours of work
     write_views(train, study.frame, views)
     inputs = Inputs(images=str(views), scale=study.scale)
     _done(plates.make(inputs, stock, Machine(plates.WORKER, workers), shown(False, "plates")))
-    made = {}
-    for pool in study.pools:
-        made[pool] = folder / "pools" / pool
+    made = there(study, folder)
+    for pool in made:
         print(f"pool {pool}", flush=True)
-        _done(run(job(study, pool, stock), made[pool], Shard(), Machine(WORKER, workers), shown(False)))
+        _done(run(jobs[pool], made[pool], Shard(), Machine(WORKER, workers), shown(False)))
     return made
+
+
+def there(study: Study, folder: Path) -> dict[str, Path]:
+    """Where the dataset of each pool is that was made before; nothing is made."""
+    return {pool: folder / "pools" / pool for pool in study.pools}
 
 
 def job(study: Study, pool: str, stock: Path) -> Job:
