@@ -13,6 +13,7 @@ from real import STUDY, study, written
 
 pytest.importorskip("torch", reason="torch is not installed: pip install 'pavemark[train]'")
 
+from pavemark.errors import InputError
 from pavemark.study import lessons, runs
 from pavemark.study.conduct import conduct, trials
 from pavemark.study.places import split
