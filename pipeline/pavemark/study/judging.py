@@ -45,6 +45,16 @@ def judge(
 ) -> dict[str, Any]:
     """Judge a detector, or several that vote, by marking points.
 
+    Parameters
+    ----------
+    detectors : sequence of Detector
+    vote : str or None
+        One of `pavemark.evaluate.ensembles.VOTES`; None for a single detector.
+    parts : dict of str to list of Example
+        "validation", which chooses the confidence, and "test".
+    tolerance : float
+        Of Eq. 3, pixels at 60 px/m.
+
     Returns
     -------
     dict
