@@ -98,9 +98,11 @@ def train(run: Run, folder: Path) -> Path:
     except ImportError as error:
         raise InputError("study", f"{error.name} is missing: pip install 'pavemark[train]'") from None
     begun = None if start is None else start.read_bytes()
-    exported, kept = learnt(run, begun, path.with_suffix(".state"))
+    state = path.with_suffix(".state")
+    exported, kept = learnt(run, begun, state)
     files.write(weights, kept)
     files.write(path, exported)
+    state.unlink(missing_ok=True)
     return path
 
 

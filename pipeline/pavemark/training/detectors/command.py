@@ -62,6 +62,7 @@ def train(
         When an image cannot be read, or `start` is no weights of the family.
     """
     begun = None if start is None else _weights(start, family)
+    state = out.with_suffix(".state")
     told = [digest(examples) for examples in sets]
     if start is not None:
         told.append(hashlib.sha256(start.read_bytes()).hexdigest())
@@ -76,7 +77,7 @@ def train(
         threads=threads,
         rate=RATE if start is None else FINE * RATE,
         start=begun,
-        state=out.with_suffix(".state"),
+        state=state,
         data=" ".join([*told, f"{pixels_per_metre:g}", *(f"{share:g}" for share in shares or ())]),
         tell=tell,
     )
@@ -85,6 +86,7 @@ def train(
     torch.save(network.state_dict(), stream)
     write(weights, stream.getvalue())
     write(out, exported(network, pixels_per_metre, made, trained_on))
+    state.unlink(missing_ok=True)
 
 
 def _weights(path: Path, family: str) -> dict[str, torch.Tensor]:

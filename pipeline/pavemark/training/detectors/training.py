@@ -77,7 +77,8 @@ def train_detector(
     start : dict of str to Tensor, or None
         Weights (`state_dict`) to begin from, those of its family or of the points alone.
     state : Path or None
-        Where the state is kept as the training goes, and taken up again by the same call; gone at the end.
+        Where the state is kept as the training goes, and taken up again by the same call. It stays, for
+        the caller to remove once the network is kept.
     data : str
         What tells these sets, and the start, from others: a state kept for others is not taken up.
     tell : callable or None
@@ -131,8 +132,8 @@ def train_detector(
             _keep(state, parts, job, step + 1)
         if tell is not None:
             tell(step + 1, {name: part.item() for name, part in losses.items()})
-    if state is not None:
-        state.unlink(missing_ok=True)
+    if state is not None and first < steps:
+        _keep(state, parts, job, steps)
     return averaged.module.eval()
 
 
