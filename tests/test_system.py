@@ -244,7 +244,10 @@ def test_without_it_a_run_stops_by_ctrl_c_and_by_its_leash_and_goes_on(arguments
             text=True,
             env={**os.environ, **bare},
         )
-        assert wait_until(lambda made=made: len(list(out.glob("images/0*.png"))) > made)
+        # The second run finds the first one's images before it has started anyone.
+        assert wait_until(
+            lambda made=made, run=run: len(list(out.glob("images/0*.png"))) > made and workers_of(run.pid)
+        )
         crew = workers_of(run.pid)
         if leash:
             run.stdin.close()

@@ -60,7 +60,7 @@ def test_a_full_disk_is_told_before_anything_is_drawn(tmp_path, monkeypatch):
     def full(*rest):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(pool.os, "posix_fallocate", full)
+    monkeypatch.setattr(pool.system, "reserve", full)
     with pytest.raises(InputError, match="No space left"):
         drawn(tmp_path, 1, 4, 1, lambda done: pytest.fail("drawn"))
     assert not list(tmp_path.iterdir())

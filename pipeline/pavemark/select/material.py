@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Callable, Iterable
 from pathlib import Path, PurePosixPath
@@ -80,10 +79,10 @@ def _linked(original: Path, target: Path) -> None:
         # A symbolic link in a dataset that is a selection itself is followed: what it leads to is what is meant.
         real = original.resolve()
         try:
-            os.link(real, part)
+            part.hardlink_to(real)
         except OSError:
             try:
-                part.symlink_to(os.path.relpath(real, target.parent.resolve()))
+                part.symlink_to(files.relative(real, target.parent.resolve()))
             except OSError:
                 shutil.copyfile(real, part)
         part.replace(target)

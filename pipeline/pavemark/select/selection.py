@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -122,11 +121,11 @@ def record(
     standalone : bool
         Whether the kept images with their labels are in the folder of the selection, too.
     """
-    where = Path(os.path.relpath(source(dataset).absolute(), out.absolute())).as_posix()
+    where = files.relative(source(dataset).absolute(), out.absolute())
     return {
         "dataset": "." if standalone else where,
         "source": where,
-        "listed": Path(os.path.relpath(dataset.absolute(), out.absolute())).as_posix(),
+        "listed": files.relative(dataset.absolute(), out.absolute()),
         **attrs.asdict(wanted),
         "family": scored.family,
         "model": scored.model,

@@ -8,6 +8,7 @@ import attrs
 import cv2
 import numpy as np
 
+from pavemark.colour import quantise
 from pavemark.detect.scaling import scaled
 
 ZOOM = 0.06
@@ -176,7 +177,7 @@ def _tones(rng: np.random.Generator) -> np.ndarray:
     tone = np.linspace(0, 1, 256)[:, None] ** np.exp(rng.normal(0, 0.2))
     tone = (tone - CONTRAST_ABOUT) * np.exp(rng.normal(0, 0.2)) + CONTRAST_ABOUT
     tone = tone * np.exp(rng.normal(0, 0.15)) * np.exp(rng.normal(0, 0.05, 3)) + rng.normal(0, 0.04)
-    return np.clip(np.rint(tone * 255), 0, 255).astype(np.uint8)[None]
+    return quantise(tone * 255)[None]
 
 
 def canvas(lessons: Sequence[Lesson], stride: int) -> tuple[int, int]:
