@@ -21,8 +21,8 @@ ANGLES = {"angle", "skyline", "azimuth", "elevation", "turn"}
 PIXELS = {"margin", "alpha"}
 """Fields in pixels."""
 
-SPOKEN = {"amount": "Levels or Share"}
-"""Fields in what Blender has no unit for: it stands in their names."""
+SPOKEN = {("Noise", "amount"): "Level / Share"}
+"""Names of fields in what Blender has no unit for: short enough for the panel not to cut them off."""
 
 VECTORS = {n: tuple[(float,) * n] for n in (2, 3)}
 """Colours and places, by how many numbers they are."""
@@ -89,7 +89,7 @@ def group(
 
 def _property(field: attrs.Attribute, kind: type, record: type, update: Callable):
     said = {
-        "name": ", ".join(filter(None, (field.name.replace("_", " ").title(), SPOKEN.get(field.name)))),
+        "name": SPOKEN.get((record.__name__, field.name), field.name.replace("_", " ").title()),
         "description": description(record, field.name),
         "update": update,
     }

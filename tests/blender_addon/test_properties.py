@@ -90,7 +90,9 @@ def test_units(opened, path, unit, subtype):
 
 
 def test_what_blender_has_no_unit_for_is_named(opened):
-    assert opened.pavemark.noise.bl_rna.properties["amount"].name == "Amount, Levels or Share"
+    assert opened.pavemark.noise.bl_rna.properties["amount"].name == "Level / Share"
+    # Wear's is a share, as its slider shows.
+    assert opened.pavemark.wear.bl_rna.properties["amount"].name == "Amount"
 
 
 @pytest.mark.parametrize("end", ["hard_min", "hard_max"])
