@@ -15,7 +15,7 @@ import pytest
 from pavemark.job.config import read
 from pavemark.plan import plan
 from pavemark.records import from_json, to_json
-from pavemark.scene import Scene
+from pavemark.scene import Area, Marking, Scene, Stroke
 
 bpy = pytest.importorskip("bpy", reason="the bpy wheel is not installed")
 
@@ -274,6 +274,21 @@ def test_scenes_are_saved_and_opened(drawn, tmp_path):
     bpy.ops.pavemark.open_scene(filepath=str(path))
     assert document.current(drawn) == scene
     assert drawn.pavemark.wear.use and not drawn.pavemark.noise.use
+
+
+def test_what_is_painted_beside_slots_is_opened_with_them(drawn, tmp_path):
+    """The panel draws no aisle; a job does, and its scenes are for the panel too."""
+    scene = document.known(drawn)
+    (slot, *_) = [marking for marking in scene.markings if marking.kind == "slot"]
+    line = Marking("aisle", slot.paint, (Stroke(((-2.0, -1.0), (-2.0, 1.0)), 0.1),))
+    floor = Marking("floor", slot.paint, areas=(Area(((-1.0, -1.0), (0.0, -1.0), (0.0, 0.0))),))
+    path = tmp_path / "scene.json"
+    path.write_text(to_json(attrs.evolve(scene, markings=(floor, line, *scene.markings))))
+    bpy.ops.pavemark.open_scene(filepath=str(path))
+    found = document.current(drawn)
+    assert [marking.kind for marking in found.markings][:3] == ["floor", "aisle", "slot"]
+    assert found.slots == scene.slots and found.markings[0].areas == floor.areas
+    bpy.ops.pavemark.render()
 
 
 @pytest.mark.parametrize("text", ["{", "[]", '{"index": 0}', '{"index": 0, "plate": {"name": "a", "sha256": "x"}}'])
