@@ -33,6 +33,11 @@ def test_it_runs_from_end_to_end(workflow):
     assert told["trouble"] == ""
 
 
+def test_the_view_shows_the_background(workflow):
+    told, _ = workflow
+    assert told["ground_seen"], f"still empty after {told['looks']} looks"
+
+
 def test_markings_are_removed_while_blender_goes_on(workflow):
     told, _ = workflow
     assert told["removed"] == ["INFO", "Markings removed"]

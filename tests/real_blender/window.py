@@ -12,6 +12,7 @@ import traceback
 from pathlib import Path
 
 import bpy
+import cv2
 
 DEMO, OUT = map(Path, sys.argv[sys.argv.index("--") + 1 :])
 PACKAGE = "bl_ext.user_default.pavemark"
@@ -57,6 +58,15 @@ def photograph(name):
             bpy.ops.screen.screenshot(filepath=path)
 
 
+def shows_the_ground(name):
+    """Whether the middle of the photographed view is textured, as the image is and an empty view is not."""
+    middle, whole = region(), window()
+    image = cv2.imread(str(OUT / f"{name}.png"), cv2.IMREAD_GRAYSCALE)
+    # Blender counts rows from below.
+    row, column = whole.height - middle.y - middle.height // 2, middle.x + middle.width // 2
+    return image[row - 100 : row + 100, column - 100 : column + 100].std() > 5
+
+
 def click(x, y):
     """Click on the ground, in metres."""
     from bpy_extras.view3d_utils import location_3d_to_region_2d  # noqa: PLC0415
@@ -93,7 +103,7 @@ def prepare():
     for shown in list(bpy.data.objects):
         bpy.data.objects.remove(shown)
     open_panels(
-        *("background", "slots", "count", "line", "colour", "wear", "curvature", "effects", "optics", "blend"),
+        *("background", "slots", "count", "line", "colour", "wear", "curvature", "noise", "effects", "optics", "blend"),
         *("render", "batch", "files"),
     )
     area().spaces.active.show_region_ui = True
@@ -121,7 +131,14 @@ def background():
 
 def remove():
     photograph("1-background")
+    # The first view is empty while shaders compile: seconds, and a minute on a busy machine.
+    told["looks"] = told.get("looks", 0) + 1
+    told["ground_seen"] = bool(shows_the_ground("1-background"))
+    if not told["ground_seen"] and told["looks"] < 60:
+        area().tag_redraw()
+        return 2.0
     do(bpy.ops.pavemark.remove_markings)
+    return None
 
 
 def removed():
