@@ -270,10 +270,10 @@ class Marking:
     kind : str
         "slot" for slot lines, "original" for the image's own markings re-painted, "former" for an older coat
         that shows below and "floor" for painted ground (no labels), "aisle" for lines beside a row, crossings and
-        hatching, "symbol" for arrows, letters and the like.
+        hatching, "symbol" for arrows, letters and the like, "stop" for what wheels roll against (no labels).
     """
 
-    kind: str = attrs.field(validator=one_of("slot", "original", "former", "floor", "aisle", "symbol"))
+    kind: str = attrs.field(validator=one_of("slot", "original", "former", "floor", "aisle", "symbol", "stop"))
     paint: Paint
     strokes: tuple[Stroke, ...] = ()
     areas: tuple[Area, ...] = ()

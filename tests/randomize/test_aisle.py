@@ -20,7 +20,7 @@ from scenes import plate
 
 WHITE = Paint((255.0, 255.0, 255.0), (3.0, 3.0, 3.0))
 PLATE = plate(car=(1.86, 3.42))
-ALL = aisle.Ranges(rate=1.0, line=1.0, second=1.0, band=1.0, zebra=1.0, hatch=1.0, floor=1.0)
+ALL = aisle.Ranges(rate=1.0, line=1.0, second=1.0, band=1.0, zebra=1.0, hatch=1.0, crossed=0.0, lane=0.0, floor=1.0)
 
 
 def row(heading: float = 0.7, angle: float = 70.0) -> Row:
@@ -94,6 +94,30 @@ def test_hatching_stays_in_its_box_and_crosses_it(number):
     np.testing.assert_allclose(slants, lying.slant % math.pi, atol=1e-9)
 
 
+def test_a_box_that_is_crossed_is_hatched_both_ways():
+    of, lying = row(), attrs.evolve(drawn(4), lines=(), zebra=None)
+    outline, *once = aisle.marking(lying, of, WHITE).strokes
+    _, *both = aisle.marking(attrs.evolve(lying, crossed=True), of, WHITE).strokes
+    assert both[: len(once)] == once
+    for line in both[len(once) :]:
+        run = np.array(line.path[1]) - line.path[0]
+        assert math.atan2(-run @ of.normal, run @ of.along) % math.pi == pytest.approx(-lying.slant % math.pi)
+        assert Polygon(outline.path).buffer(1e-6).contains(LineString(line.path))
+
+
+@pytest.mark.parametrize("number", range(6))
+def test_a_lane_is_dashes_of_one_length_in_the_aisle(number):
+    of = row()
+    lying = attrs.evolve(drawn(number, attrs.evolve(ALL, lane=1.0)), lines=(), zebra=None, hatch=None)
+    dashes = aisle.marking(lying, of, WHITE).strokes
+    ends = np.array([dash.path for dash in dashes]) - of.origin
+    np.testing.assert_allclose(-ends @ of.normal, lying.lane.away, atol=1e-9)
+    along = ends @ of.along
+    assert along.min() >= -3.0 - lying.run_on[0] - 1e-9 and along.max() <= 5.5 + lying.run_on[1] + 1e-9
+    np.testing.assert_allclose((along[1:, 0] - along[:-1, 1]), lying.lane.between, atol=1e-9)
+    np.testing.assert_allclose(np.diff(along[1:-1]), lying.lane.dash, atol=1e-9)
+
+
 def test_a_crossing_has_stripes_as_wide_as_the_ground_between_them():
     of, lying = row(), drawn(4)
     only = attrs.evolve(lying, lines=(), hatch=None)
@@ -135,7 +159,7 @@ def test_a_hatched_box_is_not_painted_on_a_crossing():
 
 def test_nothing_is_painted_where_nothing_is_drawn():
     assert aisle.sample(np.random.default_rng(0), aisle.Ranges()) is None
-    bare = drawn(1, aisle.Ranges(rate=1.0, line=0.0, zebra=0.0, hatch=0.0, floor=0.0))
+    bare = drawn(1, aisle.Ranges(rate=1.0, line=0.0, zebra=0.0, hatch=0.0, lane=0.0, floor=0.0))
     assert aisle.marking(bare, row(), WHITE) is None and aisle.floors(bare, row()) == ()
     # A band needs two lines to lie between.
     assert drawn(1, attrs.evolve(ALL, second=0.0, floor=0.0)).band == ""
@@ -145,7 +169,7 @@ def test_rates_are_met():
     found = [drawn(number, aisle.Ranges(rate=0.5)) for number in range(600)]
     some = [each for each in found if each is not None]
     assert 260 < len(some) < 340
-    for name, rate in (("zebra", 0.25), ("hatch", 0.25), ("floor", 0.2)):
+    for name, rate in (("zebra", 0.25), ("hatch", 0.25), ("crossed", 0.3), ("lane", 0.2), ("floor", 0.2)):
         assert rate * 0.7 < sum(bool(getattr(each, name)) for each in some) / len(some) < rate * 1.35
     assert {each.floor for each in some} == {"", *aisle.FLOORS}
 

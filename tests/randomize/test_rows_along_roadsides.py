@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import attrs
@@ -49,6 +50,37 @@ def test_rows_follow_the_roadside(degrees, half):
     # A degree of scatter, and one more of an opposite row.
     assert np.abs(quarter(found - degrees)).max() < 2.01
     assert np.abs(quarter(found - degrees)).max() > 0.5
+
+
+def test_rows_that_are_turned_leave_the_roadside_by_as_much_as_is_asked_for():
+    on = attrs.evolve(FULL, roadside=roadside(97.0))
+    turned = attrs.evolve(SHOWN, layout=attrs.evolve(SHOWN.layout, turned=0.5, turn=(20.0, 30.0)))
+    scenes = [randomize(on, index, 5, turned) for index in range(80)]
+    off = np.array([np.median(quarter(np.array(headings(scene)) - 97.0)) for scene in scenes if scene.slots])
+    away = np.abs(off) > 5
+    assert 0.3 < away.mean() < 0.7
+    assert off[away].min() > 20 - 2.01 and off[away].max() < 30 + 2.01
+    assert np.abs(off[~away]).max() < 2.01
+    # Who is not turned lies where it lay before.
+    before = [randomize(on, index, 5, SHOWN) for index in range(80)]
+    same = [one.slots == other.slots for one, other in zip(scenes, before, strict=True) if one.slots]
+    assert np.array_equal(np.array(same), ~away)
+
+
+def test_gaps_between_slots_come_at_the_rate_and_size_asked_for():
+    def gaps(**ranges):
+        domains = attrs.evolve(SHOWN, layout=attrs.evolve(SHOWN.layout, both_sides=0.0, run_on=1.0, **ranges))
+        found = []
+        for index in range(60):
+            slots = randomize(plate(), index, 5, domains).slots
+            found += [math.dist(one.corners[1], other.corners[0]) for one, other in itertools.pairwise(slots)]
+        return np.array(found)
+
+    assert gaps(gap_rate=0.0).max() < 1e-6
+    half = gaps(gap_rate=0.5, gap=(0.5, 0.5))
+    assert 0.4 < (half > 1e-6).mean() < 0.6
+    # The fitted ones are 1 to 2.4 m wide.
+    assert half[half > 1e-6].min() > 0.5 and half.max() < 1.2
 
 
 def test_rows_begin_on_the_roadside_s_line():

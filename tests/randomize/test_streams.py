@@ -36,6 +36,7 @@ EFFECTS = (
     ("wet", ("wet",)),
     ("glare", ("glare",)),
     ("aisle", ("aisle",)),
+    ("stops", ("stops",)),
 )
 
 
@@ -56,11 +57,13 @@ def without(scene: Scene, effect: str) -> Scene:
         return attrs.evolve(scene, markings=tuple(m for m in scene.markings if m.kind != "former"))
     if effect == "aisle":
         return attrs.evolve(scene, markings=tuple(m for m in scene.markings if m.kind not in ("aisle", "floor")))
+    if effect == "stops":
+        return attrs.evolve(scene, markings=tuple(m for m in scene.markings if m.kind != "stop"))
     if effect in {field.name for field in attrs.fields(Scene)}:
         return attrs.evolve(scene, **{effect: None})
     value = 1.0 if effect == "opacity" else None
-    # A former coat and a painted floor have an opacity of their own.
-    new = [m for m in scene.markings if m.kind not in ("former", "floor")]
+    # A former coat and a painted floor have an opacity of their own, and a stop is no paint.
+    new = [m for m in scene.markings if m.kind not in ("former", "floor", "stop")]
     plain = {id(m): attrs.evolve(m, paint=attrs.evolve(m.paint, **{effect: value})) for m in new}
     return attrs.evolve(scene, markings=tuple(plain.get(id(m), m) for m in scene.markings))
 
@@ -73,7 +76,8 @@ def test_switching_an_effect_off_leaves_all_else(effect, path):
         off = drawn(changed(Domains(), path, rate=0.0), index)
         assert off == without(on, effect)
         shown += on != off
-    assert shown >= 8  # the effect was there to be switched off
+    # The effect was there to be switched off; parallel slots have no stops.
+    assert shown >= (4 if effect == "stops" else 8)
 
 
 def everything_on() -> Domains:
@@ -104,6 +108,7 @@ STREAMS = {
     "wet": (Stage.WET,),
     "glare": (Stage.GLARE,),
     "aisle": (Stage.AISLE,),
+    "stops": (Stage.STOPS,),
 }
 TEXTURE = ("grain", "wear", "chips", "cracks", "dirt", "pattern", "opacity")
 """What the texture's streams are for, by number."""
@@ -216,7 +221,7 @@ def test_streams_differ_by_seed_index_stage_and_child():
 
 def test_stage_numbers_are_never_given_away_again():
     assert [stage.name for stage in sorted(Stage)][:4] == ["LAYOUT", "SHAPE", "COLOUR", "TEXTURE"]
-    assert len(set(Stage)) == 17
+    assert len(set(Stage)) == 18
     # The first draw of a known stream: it changes when the way seeds are made does.
     assert stream(7, 3, Stage.NOISE).integers(2**32) == 3763936583
 

@@ -18,7 +18,7 @@ SAME_POINT = 1e-3
 """Metres: corners of two slots that lie closer than this, before the curvature, are one marking point."""
 
 LABELLED = ("slot", "original", "aisle", "symbol")
-"""Kinds of marking that are labelled; a "former" coat and a painted "floor" are background."""
+"""Kinds of marking that are labelled; a "former" coat, a painted "floor" and a "stop" are background."""
 
 OUTSIDE, HIDDEN, VISIBLE = 0, 1, 2
 

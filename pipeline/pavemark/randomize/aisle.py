@@ -1,4 +1,4 @@
-"""Domain aisle: what else is painted along a row, and is no slot: aisle lines, walkways, crossings, hatching, floors.
+"""Domain aisle: what else is painted along a row, and is no slot: lines, walkways, lanes, crossings, hatching, floors.
 
 Detectors that never saw it take a line beside the entrance line, the border of a walkway or the corner of a hatched
 box for marking points, and overlook those of slots on a painted floor.
@@ -12,7 +12,7 @@ from collections.abc import Iterable
 import attrs
 import numpy as np
 
-from pavemark.colour import to_display
+from pavemark.randomize.colour import on_grey
 from pavemark.randomize.row import Row
 from pavemark.randomize.streams import happens, uniform, weighted
 from pavemark.records import interval, within
@@ -30,11 +30,12 @@ FLOORS: dict[str, RGB] = {
 """Reflectance ratios of floor paints to the grey floor beside them. Green and red are medians over real half-views of
 one car park (97 and 68 of them); blue is that green with two channels exchanged, dark and light are greys."""
 
-_GROUND = 0.13
-"""Linear light of a grey floor, for the absolute colour of a floor paint."""
-
 _SHALLOW = 0.4
 """Metres from the row into the aisle below which there is no box."""
+
+
+_SHORT = 0.05
+"""Metres below which a piece of a line is left out."""
 
 
 @attrs.frozen
@@ -55,6 +56,10 @@ class Ranges:
         Share with a crossing in front of the row.
     hatch : float
         Share with a hatched box in front of the row.
+    crossed : float
+        Of those with a box, share hatched both ways.
+    lane : float
+        Share with a broken line in the aisle.
     floor : float
         Share whose slots have painted ground.
     gap : tuple of float
@@ -73,6 +78,8 @@ class Ranges:
     band: float = attrs.field(default=0.4, validator=_share)
     zebra: float = attrs.field(default=0.25, validator=_share)
     hatch: float = attrs.field(default=0.25, validator=_share)
+    crossed: float = attrs.field(default=0.3, validator=_share)
+    lane: float = attrs.field(default=0.2, validator=_share)
     floor: float = attrs.field(default=0.2, validator=_share)
     gap: tuple[float, float] = attrs.field(default=(0.2, 0.7), validator=interval(0.0, 10.0))
     walkway: tuple[float, float] = attrs.field(default=(0.25, 1.4), validator=interval(0.05, 10.0))
@@ -88,6 +95,17 @@ class Box:
     length: float
     near: float
     far: float
+
+
+@attrs.frozen
+class Lane:
+    """A broken line in the aisle: metres from the entrance line, of a dash, and between two; and the share of the first
+    dash that lies before the row's end."""
+
+    away: float
+    dash: float
+    between: float
+    start: float
 
 
 @attrs.frozen
@@ -111,6 +129,9 @@ class Aisle:
         Width of a crossing's stripes, and of the ground between them.
     slant : float
         Radians of the hatching to the row.
+    crossed : bool
+        Whether it is hatched the other way as well.
+    lane : Lane or None
     """
 
     lines: tuple[float, ...]
@@ -123,6 +144,8 @@ class Aisle:
     hatch: Box | None
     stripe: float
     slant: float
+    crossed: bool
+    lane: Lane | None
 
 
 def sample(rng: np.random.Generator, ranges: Ranges) -> Aisle | None:
@@ -145,6 +168,8 @@ def sample(rng: np.random.Generator, ranges: Ranges) -> Aisle | None:
         hatch=_box(rng, (0.2, 0.8), (0.5, 1.2)) if has["hatch"] else None,
         stripe=uniform(rng, (0.2, 0.5)),
         slant=math.radians(uniform(rng, (30.0, 60.0))) * (1 if rng.random() < 0.5 else -1),
+        crossed=bool(rng.random() < ranges.crossed),
+        lane=_lane(rng) if rng.random() < ranges.lane else None,
     )
 
 
@@ -161,12 +186,14 @@ def beside(aisle: Aisle, row: Row, others: Iterable[Row]) -> Aisle:
     ends = [other.at(end) for other in others for end in _ends(aisle, other)]
     room = min([-float((np.asarray(end) - row.origin) @ row.normal) / 2 for end in ends], default=math.inf)
     lines = tuple(line for line in aisle.lines if line + aisle.width / 2 <= room)
+    lane = aisle.lane if aisle.lane is not None and aisle.lane.away + aisle.width / 2 <= room else None
     zebra, hatch = _cut(aisle.zebra, room), _cut(aisle.hatch, room - aisle.width / 2)
     if zebra is not None and hatch is not None:
         (begin, end), (first, last) = _place(row, zebra), _place(row, hatch)
         if begin < last + aisle.width and first - aisle.width < end:
             hatch = None  # one of them is painted at a place
-    return attrs.evolve(aisle, lines=lines, band=aisle.band if len(lines) == 2 else "", zebra=zebra, hatch=hatch)
+    band = aisle.band if len(lines) == 2 else ""
+    return attrs.evolve(aisle, lines=lines, band=band, zebra=zebra, hatch=hatch, lane=lane)
 
 
 def floors(aisle: Aisle, row: Row) -> tuple[Marking, ...]:
@@ -177,10 +204,10 @@ def floors(aisle: Aisle, row: Row) -> tuple[Marking, ...]:
             (row.at(start), row.at(end), row.at(end, row.shape.depth), row.at(start, row.shape.depth))
             for start, end in ((stretch[0], stretch[-1]) for stretch in row.stretches)
         ]
-        found.append(Marking("floor", _floor_paint(aisle.floor, aisle.opacity), areas=tuple(map(Area, rings))))
+        found.append(Marking("floor", on_grey(FLOORS[aisle.floor], aisle.opacity), areas=tuple(map(Area, rings))))
     if aisle.band:
         ring = _rectangle(row, *_ends(aisle, row), *aisle.lines)
-        found.append(Marking("floor", _floor_paint(aisle.band, aisle.opacity), areas=(Area(ring),)))
+        found.append(Marking("floor", on_grey(FLOORS[aisle.band], aisle.opacity), areas=(Area(ring),)))
     return tuple(found)
 
 
@@ -188,6 +215,11 @@ def marking(aisle: Aisle, row: Row, paint: Paint) -> Marking | None:
     """The lines along a row, its crossing and its hatched box, as one coat of paint; None where there are none."""
     start, end = _ends(aisle, row)
     strokes = [Stroke((_onto(row, start, line), _onto(row, end, line)), aisle.width) for line in aisle.lines]
+    if aisle.lane is not None:
+        strokes += [
+            Stroke((_onto(row, begin, aisle.lane.away), _onto(row, last, aisle.lane.away)), aisle.width)
+            for begin, last in _dashes(aisle.lane, start, end)
+        ]
     areas: list[Area] = []
     if aisle.zebra is not None:
         areas = [Area(ring) for ring in _stripes(aisle, row, aisle.zebra)]
@@ -201,17 +233,23 @@ def _box(rng: np.random.Generator, near: tuple[float, float], deep: tuple[float,
     return Box(start, uniform(rng, (1.5, 4.5)), from_line, from_line + uniform(rng, deep))
 
 
+def _lane(rng: np.random.Generator) -> Lane:
+    away = uniform(rng, (1.5, 3.5))
+    return Lane(away, uniform(rng, (0.6, 3.0)), uniform(rng, (0.5, 2.5)), rng.random())
+
+
+def _dashes(lane: Lane, start: float, end: float) -> list[tuple[float, float]]:
+    """Where dashes begin and end along the row, the first and the last cut at its ends."""
+    begins = np.arange(start - lane.start * lane.dash, end, lane.dash + lane.between)
+    found = [(max(begin, start), min(begin + lane.dash, end)) for begin in begins.tolist()]
+    return [(begin, last) for begin, last in found if last - begin >= _SHORT]
+
+
 def _cut(box: Box | None, room: float) -> Box | None:
     """A box as far as there is room for it, None where that is next to nothing."""
     if box is None or room - box.near < _SHALLOW:
         return None
     return attrs.evolve(box, far=min(box.far, room))
-
-
-def _floor_paint(name: str, opacity: float) -> Paint:
-    ratio = FLOORS[name]
-    red, green, blue = (float(value) for value in np.clip(to_display(np.clip(_GROUND * np.array(ratio), 0, 1)), 0, 255))
-    return Paint((red, green, blue), ratio, opacity)
 
 
 def _ends(aisle: Aisle, row: Row) -> tuple[float, float]:
@@ -233,20 +271,21 @@ def _stripes(aisle: Aisle, row: Row, box: Box) -> list[Path]:
 
 
 def _hatching(aisle: Aisle, row: Row, box: Box) -> list[Stroke]:
-    """The outline of a box and slanted lines in it, each cut at its sides."""
+    """The outline of a box and slanted lines in it, one way or both, each cut at its sides."""
     (start, end), deep = _place(row, box), box.far - box.near
     found = [Stroke(_rectangle(row, start, end, box.near, box.far), aisle.width, closed=True)]
-    lean = deep / math.tan(aisle.slant)
     pitch = 2 * aisle.stripe
-    begin = start - max(lean, 0.0)
-    for number in range(int((end - start + abs(lean)) / pitch) + 1):
-        foot = begin + pitch * (number + 0.5)
-        low, high = sorted((foot, foot + lean))
-        low, high = max(low, start), min(high, end)
-        if high - low < 0.05:
-            continue
-        path = [_onto(row, along, box.near + deep * (along - foot) / lean) for along in (low, high)]
-        found.append(Stroke(tuple(path), aisle.width))
+    for slant in (aisle.slant, -aisle.slant) if aisle.crossed else (aisle.slant,):
+        lean = deep / math.tan(slant)
+        begin = start - max(lean, 0.0)
+        for number in range(int((end - start + abs(lean)) / pitch) + 1):
+            foot = begin + pitch * (number + 0.5)
+            low, high = sorted((foot, foot + lean))
+            low, high = max(low, start), min(high, end)
+            if high - low < _SHORT:
+                continue
+            path = [_onto(row, along, box.near + deep * (along - foot) / lean) for along in (low, high)]
+            found.append(Stroke(tuple(path), aisle.width))
     return found
 
 

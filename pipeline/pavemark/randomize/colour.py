@@ -5,11 +5,11 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
-from pavemark.colour import LUMINANCE
+from pavemark.colour import LUMINANCE, to_display
 from pavemark.randomize.palette import Palette, Shade
 from pavemark.randomize.streams import weighted
 from pavemark.records import interval, within
-from pavemark.scene import RGB
+from pavemark.scene import RGB, Paint
 
 _FAINTEST = 1.3
 """Luminance ratio below which fresh paint would hardly show its marking points, let alone worn paint."""
@@ -23,6 +23,9 @@ _FRESH = 1.35
 _TINT = 0.1
 """Share by which a channel of white paint may leave its luminance. Measured tints of white are largely those of a
 clipped highlight or of the ground where it happened to lie, and would be wrong on other ground."""
+
+_GREY = 0.13
+"""Linear light of a grey floor, for the absolute colour of what is known by its ratio to one."""
 
 _YELLOW = 0.75
 """Blue over red ratio below which a measured marking counts as yellow."""
@@ -99,6 +102,11 @@ def sample(rng: np.random.Generator, ranges: Ranges, palette: Palette, measured:
         luminance = ratio @ LUMINANCE
         ratio = np.clip(ratio, (1 - _TINT) * luminance, (1 + _TINT) * luminance)
     return Colour(_rgb(rgb), _rgb(np.clip(ratio, 0.05, 20.0)))
+
+
+def on_grey(ratio: RGB, opacity: float = 1.0) -> Paint:
+    """A coat known by its reflectance over that of a grey floor; its absolute colour is the one it has there."""
+    return Paint(_rgb(np.clip(to_display(np.clip(_GREY * np.array(ratio), 0, 1)), 0, 255)), ratio, opacity)
 
 
 def _shade(rng: np.random.Generator, shades: tuple[Shade, ...]) -> Shade:

@@ -20,6 +20,7 @@ from pavemark.randomize import (
     relief,
     shadows,
     shape,
+    stops,
     sun,
     texture,
     wet,
@@ -37,6 +38,7 @@ class Domains:
     texture: texture.Ranges = attrs.field(factory=texture.Ranges)
     noise: noise.Ranges = attrs.field(factory=noise.Ranges)
     aisle: aisle.Ranges = attrs.field(factory=aisle.Ranges)
+    stops: stops.Ranges = attrs.field(factory=stops.Ranges)
     curvature: curvature.Ranges = attrs.field(factory=curvature.Ranges)
     brightness: brightness.Ranges = attrs.field(factory=brightness.Ranges)
     blend: Blend = attrs.field(factory=Blend)

@@ -13,7 +13,7 @@ from pavemark.randomize.fitted import Fitted
 from pavemark.randomize.free import moved, seen_part, shifted
 from pavemark.randomize.row import Row, Stretch
 from pavemark.randomize.shape import Shape
-from pavemark.randomize.streams import Stage, quantile, stream, uniform
+from pavemark.randomize.streams import Stage, happens, quantile, stream, uniform
 from pavemark.records import interval, within
 
 _share = within(0.0, 1.0)
@@ -67,6 +67,14 @@ class Ranges:
     on_line : float
         Share of the rows that begin where the plate's own roadside does, where that is known, rather than at a fitted
         distance from the car.
+    turned : float
+        Share of the images whose rows are turned away from the roadside, as a car sees them that turns into a slot.
+    turn : tuple of float
+        Degrees by which they are.
+    gap_rate : float or None
+        Share of neighbouring slots with a gap between them, such as a pillar's; as fitted where it is not given.
+    gap : tuple of float
+        Factors on the fitted gaps.
     symbol_rate : float
         Share of images with slot numbers or arrows.
     slots : tuple of int
@@ -79,27 +87,47 @@ class Ranges:
     run_on: float = attrs.field(default=0.7, validator=_share)
     offset: tuple[float, float] = attrs.field(default=(-0.3, 0.3), validator=interval(-10.0, 10.0))
     on_line: float = attrs.field(default=0.5, validator=_share)
+    turned: float = attrs.field(default=0.0, validator=_share)
+    turn: tuple[float, float] = attrs.field(default=(-45.0, 45.0), validator=interval(-90.0, 90.0))
+    gap_rate: float | None = attrs.field(default=None, validator=attrs.validators.optional(_share))
+    gap: tuple[float, float] = attrs.field(default=(1.0, 1.0), validator=interval(0.1, 5.0))
     symbol_rate: float = attrs.field(default=0.3, validator=_share)
     slots: tuple[int, int] = attrs.field(default=(1, _SIDE + 1), validator=interval(1, _SIDE + 1))
 
 
 @attrs.frozen
 class Choice:
-    """What an image is painted with: nothing ("empty"), its own markings ("original") or new slots ("slots")."""
+    """What an image is painted with.
+
+    Attributes
+    ----------
+    content : str
+        Nothing ("empty"), its own markings ("original") or new slots ("slots").
+    both_sides : bool
+        Whether there is a row opposite the first as well.
+    gap : float
+        Factor on the fitted gaps between slots.
+    turn : float
+        Degrees by which rows are turned away from the roadside.
+    """
 
     content: str
     both_sides: bool
+    gap: float
+    turn: float
 
 
 def choose(rng: np.random.Generator, ranges: Ranges) -> Choice:
     """Draw what an image is painted with."""
     empty, original, both = rng.random(3)
     content = "empty" if empty < ranges.empty_rate else "original" if original < ranges.original_rate else "slots"
-    return Choice(content, bool(both < ranges.both_sides))
+    gap = uniform(rng, ranges.gap)
+    turn = uniform(rng, ranges.turn) if happens(rng, ranges.turned) else 0.0
+    return Choice(content, bool(both < ranges.both_sides), gap, turn)
 
 
 def sample(
-    job_seed: int, index: int, ranges: Ranges, fitted: Fitted, plate: Plate, shape: Shape, both_sides: bool
+    job_seed: int, index: int, ranges: Ranges, fitted: Fitted, plate: Plate, shape: Shape, choice: Choice
 ) -> tuple[Row, ...]:
     """Draw the rows of an image: none, one, or two opposite each other.
 
@@ -109,12 +137,12 @@ def sample(
     car = find_car(plate)
     if not car.sides:
         return ()
-    first = _placed(job_seed, index, 0, ranges, fitted, plate, car, shape)
+    first = _placed(job_seed, index, 0, ranges, fitted, plate, car, shape, choice)
     if first is None:
         return ()
-    if not both_sides or len(car.sides) < 2:
+    if not choice.both_sides or len(car.sides) < 2:
         return (first,)
-    second = _placed(job_seed, index, 1, ranges, fitted, plate, car, shape.mirrored(), opposite=first)
+    second = _placed(job_seed, index, 1, ranges, fitted, plate, car, shape.mirrored(), choice, first)
     return (first,) if second is None else (first, second)
 
 
@@ -127,13 +155,14 @@ def _placed(
     plate: Plate,
     car: Car,
     shape: Shape,
+    choice: Choice,
     opposite: Row | None = None,
 ) -> Row | None:
     for free, tries in ((True, 0 if plate.roadside is None else FREE_TRIES), (False, TRIES)):
         for attempt in range(tries):
             rng = stream(job_seed, index, Stage.LAYOUT, 1, number, attempt)
             line_rng = stream(job_seed, index, Stage.LAYOUT, 2, number, attempt)
-            row = _place(rng, line_rng, ranges, fitted, plate, car, shape, opposite)
+            row = _place(rng, line_rng, ranges, fitted, plate, car, shape, choice.turn, opposite)
             spots = None
             if free:
                 row, spots = moved(row, plate, car)
@@ -141,7 +170,7 @@ def _placed(
                     continue
             if opposite is not None and not _leaves_an_aisle(row, opposite):
                 continue
-            row = _fill(rng, ranges, fitted, plate, row, spots)
+            row = _fill(rng, ranges, fitted, plate, row, spots, choice.gap)
             if row is not None:
                 return row
     return None
@@ -155,6 +184,7 @@ def _place(
     plate: Plate,
     car: Car,
     shape: Shape,
+    away: float,
     opposite: Row | None,
 ) -> Row:
     """Draw where the entrance line runs: a row without slots, its origin the point nearest to the car's centre."""
@@ -170,7 +200,7 @@ def _place(
     if opposite is None:
         # Slots lie to the left of their heading: up the picture has them left of the car, down the picture right.
         up = forwards if len(car.sides) == 2 else car.sides[0] < 0
-        heading = math.radians(turn + (90.0 if up else -90.0) + (90.0 if across else 0.0))
+        heading = math.radians(turn + away + (90.0 if up else -90.0) + (90.0 if across else 0.0))
     else:
         heading = opposite.heading + math.pi + math.radians(uniform(rng, _SKEW))
         clearance = abs(clearance)
@@ -204,13 +234,14 @@ def _fill(
     plate: Plate,
     row: Row,
     free: np.ndarray | None,
+    gap: float,
 ) -> Row | None:
     """Draw the slots along an entrance line, one of them at one of the `free` places where such are known.
 
     None where no whole slot would be seen.
     """
     shape = row.shape
-    starts, ends = _slots_along(rng, fitted, shape)
+    starts, ends = _slots_along(rng, ranges, fitted, shape, gap)
     place = rng.random()
     count = 1 + int(np.searchsorted(np.cumsum(getattr(fitted, shape.family).count), rng.random()))
     count = min(max(count, ranges.slots[0]), ranges.slots[1])
@@ -239,14 +270,16 @@ def _fill(
     return attrs.evolve(row, stretches=_stretches(starts[shown], ends[shown]))
 
 
-def _slots_along(rng: np.random.Generator, fitted: Fitted, shape: Shape) -> tuple[np.ndarray, np.ndarray]:
+def _slots_along(
+    rng: np.random.Generator, ranges: Ranges, fitted: Fitted, shape: Shape, gap: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Where slots start and end (N,) along the entrance line, the one in the middle starting at 0."""
     count = 2 * _SIDE + 1
     steps = np.linspace(0.0, 1.0, len(fitted.variation))
     # A table of ratios between neighbours: each of the two varies by its square root.
     lengths = shape.entrance * np.sqrt(np.interp(rng.random(count), steps, fitted.variation))
     gaps = np.interp(rng.random(count), np.linspace(0.0, 1.0, len(fitted.gap)), fitted.gap)
-    gaps *= rng.random(count) < fitted.gap_rate
+    gaps *= gap * (rng.random(count) < (fitted.gap_rate if ranges.gap_rate is None else ranges.gap_rate))
     starts = np.concatenate([[0.0], np.cumsum(lengths + gaps)[:-1]])
     starts -= starts[_SIDE]
     return starts, starts + lengths

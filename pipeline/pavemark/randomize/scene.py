@@ -19,6 +19,7 @@ from pavemark.randomize import (
     relief,
     shadows,
     shape,
+    stops,
     symbols,
     texture,
     wet,
@@ -76,7 +77,7 @@ def randomize(
     repainted = choice.content == "original" and bool(original)
     if choice.content != "empty" and not repainted:
         drawn = shape.sample(rng(Stage.SHAPE), domains.shape, fitted())
-        rows = layout.sample(job_seed, index, domains.layout, fitted(), plate, drawn, choice.both_sides)
+        rows = layout.sample(job_seed, index, domains.layout, fitted(), plate, drawn, choice)
 
     age = texture.sample_age(job_seed, index, domains.texture)
 
@@ -110,6 +111,9 @@ def randomize(
         if sign is not None:
             markings.append(symbols.marking(sign, rows[0], textured(_SYMBOL_MARKING, paint)))
         markings += [Marking("slot", textured(number, paint), strokes(row)) for number, row in enumerate(rows)]
+        lying = stops.sample(rng(Stage.STOPS), domains.stops)
+        if lying is not None:
+            markings += [marking for row in rows for marking in stops.markings(lying, row)]
 
     def sun() -> Sun:
         return daylight.sample(job_seed, index, domains.sun)

@@ -31,6 +31,7 @@ class Stage(IntEnum):
     WET = 14
     GLARE = 15
     AISLE = 16
+    STOPS = 17
 
 
 def stream(job_seed: int, index: int, stage: Stage, *children: int) -> np.random.Generator:
