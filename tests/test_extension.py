@@ -1,6 +1,7 @@
 """The extension: its manifest, what it bundles, and that Blender's own tool takes it."""
 
 import importlib.util
+import os
 import subprocess
 import sys
 import tomllib
@@ -61,3 +62,35 @@ def test_blenders_tool_takes_it(extension, tmp_path):
         [sys.executable, extension.blenders_tool(), "validate", folder], check=False, capture_output=True, text=True
     )
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+INSTALL = """
+import sys
+from pathlib import Path
+import bpy
+
+before = set(dir(bpy.ops.pavemark))
+bpy.ops.extensions.package_install_files(filepath=sys.argv[1], repo="user_default", enable_on_install=True)
+name = "bl_ext.user_default.pavemark"
+assert name in bpy.context.preferences.addons, "not enabled"
+assert {"render", "batch", "remove_markings"} <= set(dir(bpy.ops.pavemark)), "no operators"
+assert bpy.context.scene.pavemark.count.slots > 0
+bpy.ops.preferences.addon_disable(module=name)
+assert set(dir(bpy.ops.pavemark)) == before and not hasattr(bpy.types.Scene, "pavemark"), "something stays"
+"""
+
+
+@pytest.mark.slow
+def test_the_zip_installs_into_the_blender_that_is_here_and_leaves_it_as_it_was(tmp_path):
+    """With user files of its own, in the version of the bpy wheel: 5.2 here, 4.5 where that one is installed."""
+    pytest.importorskip("bpy", reason="the bpy wheel is not installed")
+    python = f"{sys.version_info.major}.{sys.version_info.minor}"
+    built = [sys.executable, ROOT / ".ci/extension.py", "--python", python, "--out", tmp_path]
+    done = subprocess.run(built, check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    (path,) = tmp_path.glob("*.zip")
+    home = {"BLENDER_USER_RESOURCES": str(tmp_path / "user"), "PAVEMARK_CACHE": str(tmp_path / "cache")}
+    installed = [sys.executable, "-c", INSTALL, path]
+    done = subprocess.run(installed, check=False, capture_output=True, text=True, env=os.environ | home)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert list((tmp_path / "user/extensions/user_default/pavemark").glob("blender_manifest.toml"))
