@@ -20,14 +20,12 @@ from pavemark.select import scores as scored
 from pavemark.select.scores import Scores
 from pavemark.select.scoring import score
 from pavemark.study import pools, runs
-from pavemark.study.design import ALL, Row, Study
+from pavemark.study.design import ALL, LEARNABLE, LEARNER, Row, Study
 from pavemark.study.judging import Verdict, judge
 from pavemark.study.places import split
 from pavemark.study.rows import Data, real, synthetic
 from pavemark.study.runs import Run
 from pavemark.study.training import Tell, train_all
-
-LEARNABLE = "learnable"
 
 
 @attrs.frozen(eq=False)
@@ -90,9 +88,10 @@ def conduct(study: Study, folder: Path, workers: int, tell: Tell, only_told: boo
     wanted = sorted({pool for row in study.rows if row.strategy != ALL for pool in row.pools})
     data = attrs.evolve(data, scores=_scores(wanted, made, runs.model(trial[0].runs[0], folder), folder, tell))
     rows = study.rows
-    learner = [row for row in rows if row.strategy == LEARNABLE]
+    learner = [row for row in rows if row.strategy == LEARNABLE or row.scored_by == LEARNER]
     # Whoever has learned from as many images at random is who has yet to learn.
-    trial = trials(study, [attrs.evolve(row, strategy="random", seeds=(0,)) for row in learner[:1]], data)
+    at_random = [Row(row.name, pools=row.pools, strategy="random", keep=row.keep) for row in learner[:1]]
+    trial = trials(study, at_random, data)
     if only_told and trial and not _trained(trial[0], folder):
         rows, learner = tuple(row for row in rows if row not in learner), []
     if learner:

@@ -12,8 +12,13 @@ from pavemark.errors import InputError
 from pavemark.records import one_of, structure, within
 from pavemark.select.choice import STRATEGIES
 
+LEARNABLE = "learnable"
+"""The strategy that goes by both losses."""
+
 ALL = "all"
 """Every image of the pools, as they are."""
+
+REFERENCE, LEARNER = "reference", "learner"
 
 _share = within(0.0, 1.0)
 
@@ -77,6 +82,9 @@ class Row:
         How: "all", or a strategy of `pavemark select`.
     keep : int or None
         How many.
+    scored_by : str
+        Whose losses the strategy goes by: the "reference" has learned from real images, the "learner" from synthetic
+        ones at random, so that what it cannot tell is either rare or labelled otherwise than it looks.
     parts : int
         Detectors, each trained on its part of what was chosen; more than one vote.
     fine_tune : bool
@@ -98,6 +106,7 @@ class Row:
     pools: tuple[str, ...] = ()
     strategy: str = attrs.field(default=ALL, validator=one_of(ALL, *STRATEGIES))
     keep: int | None = attrs.field(default=None, validator=attrs.validators.optional(within(1, 10**9)))
+    scored_by: str = attrs.field(default=REFERENCE, validator=one_of(REFERENCE, LEARNER))
     parts: int = attrs.field(default=1, validator=within(1, 1000))
     fine_tune: bool = False
     cap_per_plate: int | None = attrs.field(default=None, validator=attrs.validators.optional(within(1, 10**9)))
@@ -117,6 +126,8 @@ class Row:
             raise ValueError(f"{self.name}: keep = {self.keep}: with a strategy it is allowed, and {ALL} keeps all")
         if self.strategy != ALL and (self.keep is None or not self.pools):
             raise ValueError(f"{self.name}: strategy = {self.strategy!r}: pools and keep are needed")
+        if self.scored_by == LEARNER and self.strategy in (ALL, LEARNABLE):
+            raise ValueError(f"{self.name}: scored_by = {LEARNER!r}: with {self.strategy!r} it is not allowed")
         if not self.seeds or len(set(self.seeds)) < len(self.seeds):
             raise ValueError(f"{self.name}: seeds = {list(self.seeds)}: at least one, and each once, are allowed")
         if min(self.seeds) < 0:

@@ -12,7 +12,7 @@ from pavemark.errors import InputError
 from pavemark.select.candidate import Candidate
 from pavemark.select.choice import Wanted, chosen
 from pavemark.select.scores import Scores
-from pavemark.study.design import ALL, Row
+from pavemark.study.design import ALL, LEARNER, Row
 from pavemark.study.places import share
 
 
@@ -57,11 +57,12 @@ def synthetic(row: Row, data: Data, seed: int) -> list[Example]:
         near_duplicates=row.near_duplicates,
         cap_per_plate=row.cap_per_plate,
     )
-    found = _candidates(row.pools, data.scores)
+    scores = data.learner if row.scored_by == LEARNER else data.scores
+    found = _candidates(row.pools, scores)
     learner = {each.name: each.loss for each in _candidates(row.pools, data.learner)} if data.learner else None
 
     def embeddings(names: Sequence[str]) -> np.ndarray:
-        return _embeddings(names, row.pools, data.scores)
+        return _embeddings(names, row.pools, scores)
 
     try:
         return [examples[each.name] for each in chosen(found, wanted, learner, embeddings)]

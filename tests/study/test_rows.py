@@ -1,0 +1,46 @@
+"""What a row learns from is what its strategy chooses by the losses that it asks for."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import attrs
+import pytest
+
+from pavemark.errors import InputError
+from pavemark.select.candidate import Candidate
+from pavemark.select.scores import Scores
+from pavemark.study.design import Row
+from pavemark.study.rows import Data, synthetic
+
+
+def scores(**losses: float) -> dict[str, Scores]:
+    return {"base": Scores(Path(), None, [Candidate(name, loss) for name, loss in losses.items()])}
+
+
+DATA = Data(
+    (),
+    {"base": tuple(SimpleNamespace(name=f"base/{name}") for name in "abcd")},
+    scores(a=0.1, b=0.2, c=0.3, d=0.4),
+    scores(a=0.4, b=0.1, c=0.3, d=0.2),
+)
+EASIEST = Row("easiest", pools=("base",), strategy="cfds", keep=2)
+
+
+def chosen(row: Row) -> list[str]:
+    return [example.name.removeprefix("base/") for example in synthetic(row, DATA, 0)]
+
+
+def test_the_reference_or_the_learner_says_what_is_hard():
+    assert chosen(EASIEST) == ["a", "b"]
+    assert chosen(attrs.evolve(EASIEST, scored_by="learner")) == ["b", "d"]
+
+
+def test_the_hardest_are_dropped_by_who_scores():
+    anything = Row("anything", pools=("base",), strategy="random", keep=3, drop_hardest=0.25)
+    assert set(chosen(anything)) == {"a", "b", "c"}
+    assert set(chosen(attrs.evolve(anything, scored_by="learner"))) == {"b", "c", "d"}
+
+
+def test_more_than_there_are_is_told_with_the_row():
+    with pytest.raises(InputError, match="rows: easiest: .*4 of 4 images"):
+        synthetic(attrs.evolve(EASIEST, keep=5), DATA, 0)
