@@ -68,6 +68,15 @@ def test_no_study_file(tmp_path):
         read(tmp_path / "none.toml")
 
 
+def test_pools_that_no_row_learns_from_are_not_made(tmp_path):
+    more = STUDY + '\n[pools.bent]\nlike = "base"\n'
+    assert pools.there(study(tmp_path, more), tmp_path) == {"base": tmp_path / "pools" / "base"}
+    assert pools.there(only(study(tmp_path, more), ("real",)), tmp_path) == {}
+    # And no plates for them.
+    assert pools.make(only(study(tmp_path, more), ("real",)), (), tmp_path / "out", 1) == {}
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_pool_starts_from_another(tmp_path):
     text = STUDY + '\n[every_pool]\nseed = 5\n\n[pools.bent]\nlike = "base"\ncurvature = { rate = 1.0 }\n'
     found = study(tmp_path, text)

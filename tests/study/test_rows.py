@@ -42,5 +42,5 @@ def test_the_hardest_are_dropped_by_who_scores():
 
 
 def test_more_than_there_are_is_told_with_the_row():
-    with pytest.raises(InputError, match="rows: easiest: .*4 of 4 images"):
+    with pytest.raises(InputError, match=r"rows: easiest: .*4 of 4 images"):
         synthetic(attrs.evolve(EASIEST, keep=5), DATA, 0)

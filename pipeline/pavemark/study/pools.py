@@ -29,7 +29,7 @@ WORKER = (sys.executable, "-m", "pavemark.job.worker")
 
 
 def make(study: Study, train: Sequence[Example], folder: Path, workers: int) -> dict[str, Path]:
-    """Make what the pools of a study still lack.
+    """Make what the pools of a study still lack that its rows learn from.
 
     Parameters
     ----------
@@ -52,14 +52,14 @@ def make(study: Study, train: Sequence[Example], folder: Path, workers: int) -> 
     KeyboardInterrupt
         When one was stopped by a signal: the same call goes on with it.
     """
-    if not study.pools:
-        return {}
     views, stock = folder / "views", folder / "plates"
     jobs = {pool: job(study, pool, stock) for pool in study.pools}  # a table that is wrong is told before hours of work
+    made = there(study, folder)
+    if not made:
+        return {}
     write_views(train, study.frame, views)
     inputs = Inputs(images=str(views), scale=study.scale)
     _done(plates.make(inputs, stock, Machine(plates.WORKER, workers), shown(False, "plates")))
-    made = there(study, folder)
     for pool in made:
         print(f"pool {pool}", flush=True)
         _done(run(jobs[pool], made[pool], Shard(), Machine(WORKER, workers), shown(False)))
@@ -67,8 +67,9 @@ def make(study: Study, train: Sequence[Example], folder: Path, workers: int) -> 
 
 
 def there(study: Study, folder: Path) -> dict[str, Path]:
-    """Where the dataset of each pool is that was made before; nothing is made."""
-    return {pool: folder / "pools" / pool for pool in study.pools}
+    """Where the dataset of each pool is that a row learns from; nothing is made."""
+    used = {pool for row in study.rows for pool in row.pools}
+    return {pool: folder / "pools" / pool for pool in study.pools if pool in used}
 
 
 def job(study: Study, pool: str, stock: Path) -> Job:
