@@ -155,9 +155,7 @@ def _verdicts(study: Study, trial: Trial, parts: dict[str, list[Example]], folde
     for vote in votes:
         name = vote or "alone"
         if name not in there:
-            found = judge([opened(model) for model in models], vote, parts, study.tolerance)
-            # As it will be read back, so that a row says the same the first time and ever after.
-            there[name] = json.loads(json.dumps(found))
+            there[name] = judge([opened(model) for model in models], vote, parts, study.tolerance)
             files.write(path, json.dumps(there, sort_keys=True) + "\n")
         called = trial.row.name if vote is None else f"{trial.row.name}, {vote}"
         verdicts.append(Verdict(called, trial.row, trial.seed, trial.real, trial.synthetic, there[name]))

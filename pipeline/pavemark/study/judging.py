@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -73,10 +74,12 @@ def judge(
     def told(of: Judged) -> dict[str, Any]:
         return plain(result(of.points, threshold, of.clusters()))
 
-    return {
+    found = {
         "threshold": threshold,
         "validation": told(validation),
         "test": told(test),
         "curve": plain_curve(test.points),
         "places": {place: told(of) for place, of in test.by("place").items()},
     }
+    # As it will be read back: what is made of it is the same the first time and ever after.
+    return json.loads(json.dumps(found, sort_keys=True))
