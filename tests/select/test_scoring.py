@@ -177,6 +177,25 @@ def test_an_image_that_has_changed_is_scored_anew(dataset, tmp_path):
     assert contents(tmp_path / "scores") == contents(tmp_path / "fresh")
 
 
+def test_scores_of_images_that_can_no_longer_be_read_go(dataset, tmp_path):
+    score(dataset, tmp_path / "scores")
+    (tmp_path / "scores" / "scores-000001.parquet").write_bytes(b"broken")
+    for k in (4, 5, 6, 7, 8, 9):
+        (dataset / f"images/{k:06d}.png").unlink()
+    came, *_ = score(dataset, tmp_path / "scores")
+    assert came == Outcome(10, 0, 6)
+    assert [each.name[-1] for each in scores.read(tmp_path / "scores").candidates] == ["0", "1", "2", "3"]
+    score(dataset, tmp_path / "fresh")
+    before = contents(tmp_path / "scores")
+    assert before == contents(tmp_path / "fresh")
+    # Nothing at all can be read where a drive has gone: when it is back its scores are, too.
+    for path in (dataset / "images").iterdir():
+        path.unlink()
+    with pytest.raises(InputError, match="none of its 10 images"):
+        score(dataset, tmp_path / "scores")
+    assert contents(tmp_path / "scores") == before
+
+
 def test_scores_of_something_else(dataset, tmp_path):
     out = tmp_path / "scores"
     score(dataset, out)
