@@ -248,6 +248,17 @@ def test_a_folder_that_holds_something_else(dataset, scored, tmp_path):
         select(dataset, scored, tmp_path / "mine" / "notes.txt", Wanted("cfds", 2))
 
 
+def test_a_field_that_is_null_or_not_there_is_the_same(dataset, scored, tmp_path):
+    out = tmp_path / "kept"
+    select(dataset, scored, out, Wanted("cfds", 2))
+    before = tree(out)
+    told = json.loads((out / "selection.json").read_text())
+    del told["cap_per_plate"]
+    (out / "selection.json").write_text(json.dumps(told | {"of_a_version_to_come": None}))
+    assert select(dataset, scored, out, Wanted("cfds", 2)) == Outcome(2, COUNT, 0)
+    assert tree(out) == before
+
+
 def test_a_selection_that_was_cut_short_is_no_dataset_and_goes_on(dataset, scored, tmp_path, monkeypatch):
     def stopped(*given):
         raise KeyboardInterrupt

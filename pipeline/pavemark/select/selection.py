@@ -221,11 +221,11 @@ def claim(out: Path, dataset: Path, told: dict[str, Any]) -> None:
     path = out / SELECTION
     if path.exists():
         there = read_json(path)
-        if there != told:
-            before = there if isinstance(there, dict) else {}
-            field = next(name for name in sorted(told.keys() | before.keys()) if told.get(name) != before.get(name))
-            what = f"{field} was {before.get(field)!r} and is {told.get(field)!r}"
-            raise InputError(out, f"holds another selection: {what}; use another folder")
+        before = there if isinstance(there, dict) else {}
+        for field in sorted(told.keys() | before.keys()):
+            if told.get(field) != before.get(field):
+                what = f"{field} was {before.get(field)!r} and is {told.get(field)!r}"
+                raise InputError(out, f"holds another selection: {what}; use another folder")
     elif out.exists() and any(not each.name.startswith(".") for each in out.iterdir()):
         raise InputError(out, f"has files and no {SELECTION} that tells of them: use another folder")
     files.write(path, json.dumps(told, indent=1, sort_keys=True) + "\n")
