@@ -177,6 +177,17 @@ def test_an_image_that_has_changed_is_scored_anew(dataset, tmp_path):
     assert contents(tmp_path / "scores") == contents(tmp_path / "fresh")
 
 
+def test_a_name_that_is_not_utf_8_is_an_image_that_cannot_be_read(tmp_path):
+    lines = [{"image": name, "w": 48, "h": 96, "points": [], "scale": 20} for name in ("a.png", "b.png")]
+    folder = listed(tmp_path / "real", *lines)
+    # As json.dumps writes what os.listdir tells of a name in Latin-1.
+    with (folder / "labels.jsonl").open("a") as stream:
+        stream.write(json.dumps(lines[0] | {"image": "stra\udcdfe.png"}) + "\n")
+    came, watcher, _ = score(folder, tmp_path / "scores")
+    assert came == Outcome(3, 2, 1)
+    assert len(watcher.lines) == 1 and watcher.lines[0].startswith("not scored: ")
+
+
 def test_scores_of_images_that_can_no_longer_be_read_go(dataset, tmp_path):
     score(dataset, tmp_path / "scores")
     (tmp_path / "scores" / "scores-000001.parquet").write_bytes(b"broken")
