@@ -209,6 +209,12 @@ def record(
 def claim(out: Path, dataset: Path, told: dict[str, Any]) -> None:
     """Hold that a folder is free for a selection, or holds this one, and write its `selection.json`.
 
+    Parameters
+    ----------
+    out, dataset : Path
+    told : dict
+        What `record` says.
+
     Raises
     ------
     InputError
@@ -235,6 +241,17 @@ def write(out: Path, dataset: Path, kept: Sequence[Candidate]) -> None:
     """Write `manifest.jsonl`: the dataset's own lines of the images that are kept, in its order.
 
     To each are added its name, its loss and its rank, from 1, in the order of the strategy.
+
+    Parameters
+    ----------
+    out, dataset : Path
+    kept : sequence of Candidate
+        The first to be kept first.
+
+    Raises
+    ------
+    InputError
+        When it cannot be written.
     """
     ranks = {each.name: (rank, each.loss) for rank, each in enumerate(kept, 1)}
 
