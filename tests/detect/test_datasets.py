@@ -83,6 +83,23 @@ def test_a_line_that_is_wrong(tmp_path, line, said):
         list(reading.examples(tmp_path, height=13.2))
 
 
+def test_a_list_with_a_byte_order_mark(tmp_path):
+    listed(tmp_path, LINE)
+    (tmp_path / "labels.jsonl").write_bytes(b"\xef\xbb\xbf" + (tmp_path / "labels.jsonl").read_bytes())
+    (example,) = reading.examples(tmp_path, height=15.0)
+    assert example.name == "images/a" and reading.count(tmp_path) == 1
+
+
+def test_the_list_that_is_counted_is_the_one_that_is_read(tmp_path):
+    listed(tmp_path / "real", LINE, LINE | {"image": "b.png"})
+    (tmp_path / "real" / "manifest.jsonl").write_text('{"somebody": "else\'s"}\n')
+    assert reading.count(tmp_path / "real") == len(list(reading.examples(tmp_path / "real", 15.0))) == 2
+    made(tmp_path / "stopped")
+    (tmp_path / "stopped" / "manifest.jsonl").unlink()
+    with pytest.raises(InputError, match=r"manifest.jsonl: cannot be read"):
+        reading.count(tmp_path / "stopped")
+
+
 def test_a_list_without_a_scale(tmp_path):
     with pytest.raises(InputError, match=r"labels.jsonl:1: has no scale"):
         list(reading.examples(listed(tmp_path, LINE)))
@@ -121,9 +138,14 @@ def test_datasets_that_are_none(tmp_path):
     (tmp_path / "manifest.jsonl").write_text("\n")
     with pytest.raises(InputError, match="holds no image"):
         list(reading.examples(tmp_path))
-    (tmp_path / "manifest.jsonl").write_text('{"files": {}}\n')
-    with pytest.raises(InputError, match=r"manifest.jsonl:1: files: exactly one image"):
-        list(reading.examples(tmp_path))
+    for files in ("{}", '{"images/../a.png": ""}', '{"images/a.png": "", "images/b.png": ""}'):
+        (tmp_path / "manifest.jsonl").write_text(f'{{"files": {files}}}\n')
+        with pytest.raises(InputError, match=r"manifest.jsonl:1: files: exactly one image"):
+            list(reading.examples(tmp_path))
+    for line in ('{"files": null}', '{"files": 3}', '{"files": ["images/a.png"]}', "{}"):
+        (tmp_path / "manifest.jsonl").write_text(line + "\n")
+        with pytest.raises(InputError, match=r"manifest.jsonl:1: files: a table of names"):
+            list(reading.examples(tmp_path))
     (tmp_path / "manifest.jsonl").write_text('{"index": 0\n')
     with pytest.raises(InputError, match=r"manifest.jsonl:1: is no JSON record"):
         list(reading.examples(tmp_path))

@@ -11,6 +11,7 @@ from labelled import Said, dataset, detection
 
 from detect.graphs import graph
 from pavemark.cli import main
+from pavemark.detect import reading
 from pavemark.errors import InputError
 
 POINTS = [(20, 20), (20, 60), (80, 40)]
@@ -133,6 +134,25 @@ def test_what_is_written(evaluate, tmp_path):
     first = {path.name: path.read_bytes() for path in out.iterdir()}
     assert evaluate(*words).code == 0
     assert {path.name: path.read_bytes() for path in out.iterdir()} == first
+
+
+def test_for_the_sheet_only_its_own_labels_are_read_once_more(evaluate, tmp_path, monkeypatch):
+    opened = []
+    read_json = reading.read_json
+    monkeypatch.setattr(reading, "read_json", lambda path: opened.append(path.name) or read_json(path))
+    monkeypatch.setattr(sys.modules["pavemark.cli.evaluate"], "WORST", 1)
+    assert evaluate("--model", "good.onnx", "--out", tmp_path / "out").code == 0
+    # Labels and scene of the first, twice, to know what is told; of all three to judge them; and of the one drawn.
+    assert len([name for name in opened if name.startswith("00000")]) == 2 * (2 + 3 + 1)
+
+
+def test_names_with_line_breaks(evaluate, tmp_path):
+    dataset(tmp_path / "broken", [(60, POINTS, [])], points_alone=True)
+    path = tmp_path / "broken" / "labels.jsonl"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"place": "up\n\x1b[31mdown"}) + "\n")
+    done = evaluate("--model", "good.onnx", "--by", "place", "--out", tmp_path / "out", data="broken")
+    assert r"place up\n\x1b[31mdown" in done.out
+    assert r"| place up\n\x1b[31mdown | 1 | 3 |" in (tmp_path / "out" / "results.md").read_text()
 
 
 def test_no_mistakes_leave_no_sheet_of_a_run_before(evaluate, tmp_path):

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from detect.datasets import made
+from detect.datasets import made, picture
 from detect.graphs import graph
 from pavemark import cli
 from pavemark.detect import reading
@@ -86,7 +86,13 @@ def test_an_image_that_cannot_be_read(dataset, model, tmp_path, capfd):
     said = capfd.readouterr()
     assert said.out.endswith("11 of 12 images scored in " + f"{tmp_path / 'scores'}, 11 now; 1 cannot be scored\n")
     assert said.err.startswith(f"not scored: {dataset / 'images/000004.png'}: ") and said.err.count("\n") == 1
-    words = ("select", dataset, "--scores", tmp_path / "scores", "--keep", "3", "--out", tmp_path / "kept")
+    out = tmp_path / "kept"
+    assert run("select", dataset, "--scores", tmp_path / "scores", "--keep", "3", "--out", out) == 1
+    said = capfd.readouterr()
+    assert said.out == f"3 of 11 images kept in {out}; 1 left out; to be looked at: {out / 'report.html'}\n"
+    assert said.err.startswith(f"left out: {dataset / 'images/000004.png'}: ") and said.err.count("\n") == 1
+    picture(dataset / "images/000004.png")
+    words = ("select", dataset, "--scores", tmp_path / "scores", "--keep", "3", "--out", tmp_path / "again")
     assert "lacks 1 of the images" in refused(capfd, *words)
 
 

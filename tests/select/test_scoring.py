@@ -177,6 +177,36 @@ def test_an_image_that_has_changed_is_scored_anew(dataset, tmp_path):
     assert contents(tmp_path / "scores") == contents(tmp_path / "fresh")
 
 
+def test_a_name_that_is_not_utf_8_is_an_image_that_cannot_be_read(tmp_path):
+    lines = [{"image": name, "w": 48, "h": 96, "points": [], "scale": 20} for name in ("a.png", "b.png")]
+    folder = listed(tmp_path / "real", *lines)
+    # As json.dumps writes what os.listdir tells of a name in Latin-1.
+    with (folder / "labels.jsonl").open("a") as stream:
+        stream.write(json.dumps(lines[0] | {"image": "stra\udcdfe.png"}) + "\n")
+    came, watcher, _ = score(folder, tmp_path / "scores")
+    assert came == Outcome(3, 2, 1)
+    assert len(watcher.lines) == 1 and watcher.lines[0].startswith("not scored: ")
+
+
+def test_scores_of_images_that_can_no_longer_be_read_go(dataset, tmp_path):
+    score(dataset, tmp_path / "scores")
+    (tmp_path / "scores" / "scores-000001.parquet").write_bytes(b"broken")
+    for k in (4, 5, 6, 7, 8, 9):
+        (dataset / f"images/{k:06d}.png").unlink()
+    came, *_ = score(dataset, tmp_path / "scores")
+    assert came == Outcome(10, 0, 6)
+    assert [each.name[-1] for each in scores.read(tmp_path / "scores").candidates] == ["0", "1", "2", "3"]
+    score(dataset, tmp_path / "fresh")
+    before = contents(tmp_path / "scores")
+    assert before == contents(tmp_path / "fresh")
+    # Nothing at all can be read where a drive has gone: when it is back its scores are, too.
+    for path in (dataset / "images").iterdir():
+        path.unlink()
+    with pytest.raises(InputError, match="none of its 10 images"):
+        score(dataset, tmp_path / "scores")
+    assert contents(tmp_path / "scores") == before
+
+
 def test_scores_of_something_else(dataset, tmp_path):
     out = tmp_path / "scores"
     score(dataset, out)

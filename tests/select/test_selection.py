@@ -13,7 +13,7 @@ from pavemark.detect import reading
 from pavemark.errors import InputError
 from pavemark.select import material, selection
 from pavemark.select.choice import Wanted
-from pavemark.select.selection import select
+from pavemark.select.selection import Outcome, select
 
 COUNT = 9
 
@@ -42,7 +42,7 @@ def tree(folder):
 
 def test_a_selection_is_read_as_a_dataset(dataset, scored, tmp_path):
     out = tmp_path / "kept"
-    assert select(dataset, scored, out, Wanted("cfds", 4)) == (4, COUNT)
+    assert select(dataset, scored, out, Wanted("cfds", 4)) == Outcome(4, COUNT, 0)
     found = list(reading.examples(out))
     assert [example.name for example in found] == [f"images/{k:06d}" for k in (1, 3, 5, 6)]
     assert reading.count(out) == 4 and reading.picture(found[1])[0, 0, 0] == 63
@@ -181,6 +181,36 @@ def test_images_without_scores(dataset, tmp_path):
     assert not (tmp_path / "kept").exists()
 
 
+def test_images_that_cannot_be_read_are_left_out(dataset, tmp_path):
+    every = rows([0.5, 0.1, 0.4, 0.1, 0.9, 0.2, 0.3, 0.7, 0.8])
+    scored = scores(tmp_path / "scores", dataset, [each for each in every if each[0][-1] not in "15"])
+    (dataset / "images/000001.png").unlink()
+    (dataset / "images/000005.png").write_bytes(b"no picture")
+    told = []
+    assert select(dataset, scored, tmp_path / "kept", Wanted("cfds", 3), tell=told.append) == Outcome(3, 7, 2)
+    assert [line["name"][-1] for line in kept(tmp_path / "kept")] == ["2", "3", "6"]
+    assert [line.split(": ")[1] for line in told] == [str(dataset / f"images/00000{k}.png") for k in "15"]
+    # The learner may have scored another than the reference has.
+    (dataset / "images/000003.png").unlink()
+    learner = scores(tmp_path / "learner", dataset, [each for each in every if each[0][-1] != "3"])
+    came = select(dataset, scored, tmp_path / "learned", Wanted("learnable", 2), learner=learner, tell=told.append)
+    assert came == Outcome(2, 6, 3) and "images/000003.png" in told[3]
+    with pytest.raises(InputError, match="--keep: 8: 7 of 7 images are left"):
+        select(dataset, scored, tmp_path / "more", Wanted("cfds", 8))
+
+
+def test_an_image_that_could_be_scored_is_not_left_out(dataset, tmp_path, monkeypatch):
+    scored = scores(tmp_path / "scores", dataset, rows([0.1] * 9)[:3])
+    (dataset / "images/000003.png").unlink()
+    opened = []
+    monkeypatch.setattr(selection, "picture", lambda example: opened.append(example.name) or reading.picture(example))
+    with pytest.raises(InputError, match=r"lacks 5 of the images of .*, the first is images/000004"):
+        select(dataset, scored, tmp_path / "kept", Wanted("cfds", 2))
+    # Of a dataset of which no part has been scored yet not every picture is opened.
+    assert opened == ["images/000003", "images/000004"]
+    assert not (tmp_path / "kept").exists()
+
+
 def test_scores_of_another_dataset(dataset, scored, tmp_path):
     (dataset / "job.json").write_text(json.dumps({"count": 9, "formats": ["dmpr"], "seed": 8}))
     with pytest.raises(InputError, match="holds scores of another dataset"):
@@ -218,6 +248,17 @@ def test_a_folder_that_holds_something_else(dataset, scored, tmp_path):
         select(dataset, scored, tmp_path / "mine" / "notes.txt", Wanted("cfds", 2))
 
 
+def test_a_field_that_is_null_or_not_there_is_the_same(dataset, scored, tmp_path):
+    out = tmp_path / "kept"
+    select(dataset, scored, out, Wanted("cfds", 2))
+    before = tree(out)
+    told = json.loads((out / "selection.json").read_text())
+    del told["cap_per_plate"]
+    (out / "selection.json").write_text(json.dumps(told | {"of_a_version_to_come": None}))
+    assert select(dataset, scored, out, Wanted("cfds", 2)) == Outcome(2, COUNT, 0)
+    assert tree(out) == before
+
+
 def test_a_selection_that_was_cut_short_is_no_dataset_and_goes_on(dataset, scored, tmp_path, monkeypatch):
     def stopped(*given):
         raise KeyboardInterrupt
@@ -235,5 +276,5 @@ def test_a_selection_that_was_cut_short_is_no_dataset_and_goes_on(dataset, score
 def test_scores_may_be_of_more_images(dataset, tmp_path):
     more = [*rows([0.3] * 9), *[(f"images/{k:06d}", 0.1) for k in range(9, 20)]]
     scored = scores(tmp_path / "scores", dataset, more)
-    assert select(dataset, scored, tmp_path / "kept", Wanted("cfds", 2)) == (2, 9)
+    assert select(dataset, scored, tmp_path / "kept", Wanted("cfds", 2)) == Outcome(2, 9, 0)
     assert row("a", 0.1).groups == {} and ORIGIN.listed == ""

@@ -197,9 +197,11 @@ class _Judge:
 
     def sheet(self, dataset: Path, names: list[str], thresholds: dict[str, float]) -> bytes | None:
         """A contact sheet of some images, in this order; looked at once more, for what was found was not kept."""
-        chosen = {example.name: example for example in examples(dataset, self.height) if example.name in names}
+        if not names:
+            return None
+        chosen = {example.name: example for example in examples(dataset, self.height, set(names))}
         strips = [Mistakes(chosen[name], self.find(chosen[name]), thresholds, self.tolerance) for name in names]
-        return files.png(drawn(strips, VIEWS)) if strips else None
+        return files.png(drawn(strips, VIEWS))
 
 
 def _result(part: Judged, kind: str, threshold: float, cluster: str | None) -> Result:
@@ -213,7 +215,8 @@ def _heading(kind: str, threshold: float) -> str:
 def _rows(table: dict[str, dict[str, Result]]) -> Iterator[tuple[str, Result]]:
     for group, named in table.items():
         for name, each in named.items():
-            yield group if group == ALL else f"{group} {name or 'not known'}", each
+            # A place may be called anything, and a name is one line of a terminal and of a page.
+            yield group if group == ALL else one_line(f"{group} {name or 'not known'}"), each
 
 
 def _table(heading: str, table: dict[str, dict[str, Result]]) -> Table:
@@ -223,7 +226,7 @@ def _table(heading: str, table: dict[str, dict[str, Result]]) -> Table:
         shown_.add_column(column, justify="right")
     for name, each in _rows(table):
         # What a dataset calls its places is no markup.
-        shown_.add_row(Text(one_line(name)), *cells(each))
+        shown_.add_row(Text(name), *cells(each))
     return shown_
 
 

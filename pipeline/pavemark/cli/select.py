@@ -14,6 +14,8 @@ from pavemark.select.material import WAYS
 
 LEARNABLE = "learnable"
 
+SOME_LACK = 1
+
 
 @click.command()
 @click.argument("dataset", metavar="DATASET", type=Folder(path_type=Path))
@@ -44,7 +46,7 @@ LEARNABLE = "learnable"
 @click.option("--quiet", is_flag=True, help="Say only what goes wrong.")
 def select(
     dataset: Path, scores: Path, out: Path, materialize: str | None, scores_learner: Path | None, quiet: bool, **asked
-) -> None:
+) -> int:
     """Keep the images of a dataset that help a detector most.
 
     \b
@@ -62,7 +64,16 @@ def select(
         raise InputError("--scores-learner", f"goes with --strategy {LEARNABLE}, and it needs it")
     progress = shown(quiet)
     with progress.of(asked["keep"]):
-        kept, of = selection.select(
-            dataset, scores, out, Wanted(**asked), scores_learner, materialize, lambda: progress.step(lacking=False)
+        came = selection.select(
+            dataset,
+            scores,
+            out,
+            Wanted(**asked),
+            scores_learner,
+            materialize,
+            lambda: progress.step(lacking=False),
+            progress.tell,
         )
-    progress.end(f"{kept} of {of} images kept in {out}; to be looked at: {out / NAME}")
+    lack = f"; {came.left_out} left out" if came.left_out else ""
+    progress.end(f"{came.kept} of {came.images} images kept in {out}{lack}; to be looked at: {out / NAME}")
+    return SOME_LACK if came.left_out else 0

@@ -83,10 +83,9 @@ def count(dataset: Path) -> int:
     InputError
         When it has no list.
     """
-    path = Path(dataset) / MANIFEST
-    if not path.exists():
-        path = Path(dataset) / LISTED
-    return sum(1 for _ in _lines(path))
+    dataset = Path(dataset)
+    ours = (dataset / SELECTION).exists() or (dataset / "job.json").exists()
+    return sum(1 for _ in _lines(dataset / (MANIFEST if ours else LISTED)))
 
 
 def manifest(dataset: Path) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -177,7 +176,10 @@ def _name(image: str) -> str:
 
 
 def _image_of(line: dict[str, Any], manifest: Path, number: int) -> str:
-    names = [name for name in line.get("files", ()) if isinstance(name, str) and name.startswith("images/")]
+    files = line.get("files")
+    if not isinstance(files, dict):
+        raise InputError(f"{manifest}:{number}", "files: a table of names is allowed")
+    names = [name for name in files if name.startswith("images/") and ".." not in PurePosixPath(name).parts]
     if len(names) != 1:
         raise InputError(f"{manifest}:{number}", "files: exactly one image among them is allowed")
     return names[0]
@@ -278,7 +280,8 @@ def _field(line: dict[str, Any], field: str, where: str) -> Any:
 def _lines(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
     """Lines of a file of JSON records, with their numbers from 1."""
     try:
-        with path.open(encoding="utf-8") as file:
+        # Editors of some systems put a byte order mark before the text.
+        with path.open(encoding="utf-8-sig") as file:
             for number, text in enumerate(file, 1):
                 if not text.strip():
                     continue

@@ -43,7 +43,24 @@ def judged(detector: Detector, examples: Iterable[Example], tolerance: float = T
 def judged_together(
     detectors: Sequence[Detector], examples: Iterable[Example], vote: str, tolerance: float = TOLERANCE
 ) -> Judged:
-    """Judge what several detectors find together; see `judged` and `pavemark.evaluate.ensembles.voted`."""
+    """Judge what several detectors find together.
+
+    Parameters
+    ----------
+    detectors : sequence of Detector
+        In any order.
+    examples : iterable of Example
+        Read once, one after the other.
+    vote : str
+        One of `pavemark.evaluate.ensembles.VOTES`.
+    tolerance : float
+        Of Eq. 3, pixels at 60 px/m; also how near two detectors mean the same.
+
+    Raises
+    ------
+    InputError
+        As `judged`.
+    """
     find = finder(detectors, vote, tolerance)
     return of_found(((example, find(example)) for example in examples), tolerance)
 
@@ -66,6 +83,8 @@ def of_detections(examples: Iterable[Example], detections: Iterable[Detection], 
     ------
     ValueError
         When there are more of one than of the other, or a detection is none.
+    InputError
+        As `of_found`.
     """
     return of_found(
         ((example, found(detection)) for example, detection in zip(examples, detections, strict=True)), tolerance
@@ -80,10 +99,22 @@ def of_votes(
 ) -> Judged:
     """Judge what several detectors found before, together: for each example a detection of each of them.
 
+    Parameters
+    ----------
+    examples : iterable of Example
+    detections : iterable of sequence of Detection
+        In the order of the examples; as many for each of them as there are detectors.
+    vote : str
+        One of `pavemark.evaluate.ensembles.VOTES`.
+    tolerance : float
+        As `judged_together` takes it.
+
     Raises
     ------
     ValueError
         As `of_detections`.
+    InputError
+        As `of_found`.
     """
     return of_found(
         (

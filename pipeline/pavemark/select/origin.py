@@ -45,7 +45,8 @@ def selection_hash(dataset: Path) -> str:
 
 def mark(example: Example) -> bytes:
     """Of the labels that an image is scored against, and of the size of its file: 16 bytes."""
-    told = hashlib.sha256(f"{example.name}\n{example.frame}\n".encode())
+    # A name that is not UTF-8 is none to those who read pictures: they tell.
+    told = hashlib.sha256(f"{example.name}\n{example.frame}\n".encode(errors="surrogatepass"))
     told.update(np.ascontiguousarray(example.points, "<f8").tobytes())
     with contextlib.suppress(OSError):  # what cannot be read is told when it is scored
         told.update(str(example.image.stat().st_size).encode())

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Sequence
+from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,8 @@ PLATES = 10
 """Plates that have a column of their own: those with most images."""
 
 UNKNOWN = "not known"
+
+ALL = "all domains"
 
 _POINT = (0, 90, 255)
 
@@ -148,30 +150,34 @@ def _thumbnail(example: Example, words: str) -> str:
 
 def _table(order: Sequence[Candidate], names: set[str]) -> str:
     """Kept and all images by domain and plate; the plates with most images have a column."""
-    total: Counter[tuple[str, str]] = Counter((each.domain or UNKNOWN, each.plate or UNKNOWN) for each in order)
-    taken = Counter((each.domain or UNKNOWN, each.plate or UNKNOWN) for each in order if each.name in names)
-    of_plate: Counter[str] = Counter()
-    of_domain: Counter[str] = Counter()
-    for (domain, plate), count in total.items():
-        of_plate[plate] += count
-        of_domain[domain] += count
-    plates, domains = (sorted(of, key=lambda key, of=of: (-of[key], key)) for of in (of_plate, of_domain))
-    single, rest = plates[:PLATES], plates[PLATES:]
-    heads = ["domain", "all plates", "plates", *single, *[f"{len(rest):,} others"] * bool(rest)]
+    total, taken = _counted(order), _counted([each for each in order if each.name in names])
+    plates, domains = _largest(total[ALL]), _largest({name: of.total() for name, of in total.items() if name != ALL})
+    single, rest = plates[:PLATES], len(plates) - PLATES
+    heads = ["domain", "all plates", "plates", *single, *[f"{rest:,} others"] * (rest > 0)]
     lines = []
-    for domain in [*domains, "all domains"]:
-        of = domains if domain == "all domains" else [domain]
-
-        def cell(which: Sequence[str], of: Sequence[str] = of) -> str:
-            keys = [(each, plate) for each in of for plate in which]
-            return f"{sum(taken[key] for key in keys):,} / {sum(total[key] for key in keys):,}"
-
-        used, there = (sum(any(of_all[each, plate] for each in of) for plate in plates) for of_all in (taken, total))
-        cells = [cell(plates), f"{used:,} / {there:,}", *(cell([plate]) for plate in single)]
-        lines.append([domain, *cells, *[cell(rest)] * bool(rest)])
+    for domain in [*domains, ALL]:
+        both = taken[domain], total[domain]
+        counts = [[of.total() for of in both], [len(of) for of in both]]
+        counts += [[of[plate] for of in both] for plate in single]
+        if rest > 0:
+            counts.append([of.total() - sum(of[plate] for plate in single) for of in both])
+        lines.append([domain, *(f"{kept:,} / {there:,}" for kept, there in counts)])
     return (
         '<div class="wide"><table>' + _row("th", heads) + "".join(_row("td", line) for line in lines) + "</table></div>"
     )
+
+
+def _counted(order: Sequence[Candidate]) -> dict[str, Counter[str]]:
+    """How many images there are of each plate, by domain and of them all."""
+    counts: dict[str, Counter[str]] = defaultdict(Counter)
+    for each in order:
+        for domain in (each.domain or UNKNOWN, ALL):
+            counts[domain][each.plate or UNKNOWN] += 1
+    return counts
+
+
+def _largest(counts: Mapping[str, int]) -> list[str]:
+    return sorted(counts, key=lambda name: (-counts[name], name))
 
 
 def _row(tag: str, cells: Sequence[str]) -> str:

@@ -110,7 +110,7 @@ def score(
     kept.drop_beyond(mine, part)
     before = sum(len(kept.rows(number, loud=True)) for number in mine)
     judge = _Judge(opened)
-    made = lacking = 0
+    made, lacking, empty = 0, 0, []
     with watcher.of(max(0, images - before)), _threads(workers) as pool:
         for number, span in _spans(reading.examples(dataset, height), mine):
             here = {row.mark: row for row in kept.rows(number)}
@@ -127,10 +127,14 @@ def score(
             rows = [row for row in rows if row is not None]
             _hold_alike(rows, dataset)
             made, lacking = made + len(fresh), lacking + len(span) - len(rows)
-            if rows and (fresh or len(rows) != len(here)):
+            if not rows:
+                empty.append(shards.path_of(out, number))
+            elif fresh or len(rows) != len(here):
                 shards.write(shards.path_of(out, number), number, rows, origin)
     if lacking == images and images:
         raise InputError(dataset, f"none of its {images} images can be scored")
+    for path in empty:
+        path.unlink(missing_ok=True)  # it was broken, or has scores of what can no longer be read
     return Outcome(images, made, lacking)
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import attrs
 
 from pavemark import __version__, files
-from pavemark.detect.reading import MANIFEST, SELECTION, manifest, source
+from pavemark.detect.reading import MANIFEST, SELECTION, examples, manifest, picture, source
 from pavemark.errors import InputError
 from pavemark.records import read_json
 from pavemark.select import report, scores
@@ -22,6 +22,25 @@ from pavemark.select.scores import Scores
 from pavemark.select.shards import Origin
 
 
+@attrs.frozen
+class Outcome:
+    """What came of a selection.
+
+    Attributes
+    ----------
+    kept : int
+        Images.
+    images : int
+        That they were chosen from.
+    left_out : int
+        Images of the dataset that have no score and cannot be read.
+    """
+
+    kept: int
+    images: int
+    left_out: int
+
+
 def select(
     dataset: Path,
     scored: Path,
@@ -30,7 +49,8 @@ def select(
     learner: Path | None = None,
     way: str | None = None,
     step: Callable[[], None] = lambda: None,
-) -> tuple[int, int]:
+    tell: Callable[[str], None] = lambda line: None,
+) -> Outcome:
     """Select images of a dataset; the same call again makes the same folder.
 
     `selection.json` tells what was asked for, `manifest.jsonl` lists the kept images, and `report.html` shows them.
@@ -50,25 +70,28 @@ def select(
         One of `pavemark.select.material.WAYS`: the images and labels are put into the folder.
     step : callable
         Called after each image that is put there.
+    tell : callable
+        Told a line of each image that is left out.
 
     Returns
     -------
-    tuple of int
-        How many images are kept, and of how many.
+    Outcome
 
     Raises
     ------
     InputError
-        When dataset and scores do not belong together, so many images cannot be kept, the dataset lacks files, or the
-        folder cannot be written or holds something else.
+        When dataset and scores do not belong together, an image that can be read has no score, so many images cannot
+        be kept, the dataset lacks files, or the folder cannot be written or holds something else.
     """
     reference = scores.read(scored)
-    candidates = of_dataset(reference, dataset)
     other = None if learner is None else scores.read(learner)
-    if other is not None:
-        of_dataset(other, dataset)
+    both = [reference] if other is None else [reference, other]
+    gone = unreadable(dataset, both)
+    candidates, *_ = [of_dataset(each, dataset, gone) for each in both]
     files.writable(out)
     kept = chosen(candidates, wanted, other and other.losses(), reference.embeddings)
+    for fault in gone.values():
+        tell(f"left out: {fault}")
     told = record(dataset, out, wanted, reference.origin, other and other.origin, way is not None)
     claim(out, dataset, told)
     files.sweep(out)
@@ -76,25 +99,68 @@ def select(
         materialise(dataset, out, kept, way, step)
     files.write(out / report.NAME, report.report(dataset, candidates, kept, told))
     write(out, dataset, kept)
-    return len(kept), len(candidates)
+    return Outcome(len(kept), len(candidates), len(gone))
 
 
-def of_dataset(scores: Scores, dataset: Path) -> list[Candidate]:
+def unreadable(dataset: Path, scored: Sequence[Scores]) -> dict[str, InputError]:
+    """Images of a dataset that lack a score and cannot have one, for their pictures cannot be read.
+
+    Parameters
+    ----------
+    dataset : Path
+    scored : sequence of Scores
+        An image lacks a score where one of them has none.
+
+    Returns
+    -------
+    dict of str to InputError
+        By name, what is wrong; in the order of the dataset, and none beyond the first that lacks a score and can be
+        read, for which `of_dataset` refuses the scores: they may lack any number of images that nobody has scored yet.
+
+    Raises
+    ------
+    InputError
+        When the scores are of another dataset, or the labels of such an image cannot be read.
+    """
+    for each in scored:
+        _hold_of(each, dataset)
+    there = set.intersection(*({each.name for each in one.candidates} for one in scored))
+    lacking = {name for name, _ in manifest(dataset) if name not in there}
+    found: dict[str, InputError] = {}
+    for example in examples(dataset, only=lacking) if lacking else ():
+        try:
+            picture(example)
+        except InputError as error:
+            found[example.name] = error
+        else:
+            break
+    return found
+
+
+def of_dataset(scores: Scores, dataset: Path, without: Container[str] = ()) -> list[Candidate]:
     """The scored images that a dataset lists, in its order.
+
+    Parameters
+    ----------
+    scores : Scores
+    dataset : Path
+    without : container of str
+        Names of images that are left out.
 
     Raises
     ------
     InputError
         When the scores are of another dataset, or it lists images that have none, or one twice.
     """
-    if scores.origin.dataset != dataset_hash(dataset):
-        raise InputError(scores.folder, f"holds scores of another dataset than {dataset}")
+    _hold_of(scores, dataset)
     by_name = {each.name: each for each in scores.candidates}
     found: dict[str, Candidate] = {}
     lacking, first = 0, ""
     for name, _ in manifest(dataset):
         if name in found:
             raise InputError(dataset / MANIFEST, f"{name}: is listed twice: once is allowed")
+        if name in without:
+            continue
         if name in by_name:
             found[name] = by_name[name]
         else:
@@ -105,6 +171,11 @@ def of_dataset(scores: Scores, dataset: Path) -> list[Candidate]:
             f"lacks {lacking} of the images of {dataset}, the first is {first}: pavemark score adds those it can read",
         )
     return list(found.values())
+
+
+def _hold_of(scores: Scores, dataset: Path) -> None:
+    if scores.origin.dataset != dataset_hash(dataset):
+        raise InputError(scores.folder, f"holds scores of another dataset than {dataset}")
 
 
 def record(
@@ -138,6 +209,12 @@ def record(
 def claim(out: Path, dataset: Path, told: dict[str, Any]) -> None:
     """Hold that a folder is free for a selection, or holds this one, and write its `selection.json`.
 
+    Parameters
+    ----------
+    out, dataset : Path
+    told : dict
+        What `record` says.
+
     Raises
     ------
     InputError
@@ -150,11 +227,11 @@ def claim(out: Path, dataset: Path, told: dict[str, Any]) -> None:
     path = out / SELECTION
     if path.exists():
         there = read_json(path)
-        if there != told:
-            before = there if isinstance(there, dict) else {}
-            field = next(name for name in sorted(told.keys() | before.keys()) if told.get(name) != before.get(name))
-            what = f"{field} was {before.get(field)!r} and is {told.get(field)!r}"
-            raise InputError(out, f"holds another selection: {what}; use another folder")
+        before = there if isinstance(there, dict) else {}
+        for field in sorted(told.keys() | before.keys()):
+            if told.get(field) != before.get(field):
+                what = f"{field} was {before.get(field)!r} and is {told.get(field)!r}"
+                raise InputError(out, f"holds another selection: {what}; use another folder")
     elif out.exists() and any(not each.name.startswith(".") for each in out.iterdir()):
         raise InputError(out, f"has files and no {SELECTION} that tells of them: use another folder")
     files.write(path, json.dumps(told, indent=1, sort_keys=True) + "\n")
@@ -164,6 +241,17 @@ def write(out: Path, dataset: Path, kept: Sequence[Candidate]) -> None:
     """Write `manifest.jsonl`: the dataset's own lines of the images that are kept, in its order.
 
     To each are added its name, its loss and its rank, from 1, in the order of the strategy.
+
+    Parameters
+    ----------
+    out, dataset : Path
+    kept : sequence of Candidate
+        The first to be kept first.
+
+    Raises
+    ------
+    InputError
+        When it cannot be written.
     """
     ranks = {each.name: (rank, each.loss) for rank, each in enumerate(kept, 1)}
 

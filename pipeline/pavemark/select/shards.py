@@ -95,6 +95,16 @@ def there(folder: Path) -> dict[int, Path]:
 def write(path: Path, number: int, rows: Sequence[Row], origin: Origin) -> None:
     """Write a shard, at least one row; the same rows give the same bytes.
 
+    Parameters
+    ----------
+    path : Path
+        Where it goes, as `path_of` tells it.
+    number : int
+        Of the shard in its folder; told in the file, so that one under another's name is noticed.
+    rows : sequence of Row
+        In the order of the dataset, with embeddings of one length.
+    origin : Origin
+
     Raises
     ------
     InputError
