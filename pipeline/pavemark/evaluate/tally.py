@@ -17,7 +17,7 @@ class Tally:
     hit : ndarray (N,) bool
         Whether it was matched with one that is there.
     image : ndarray (N,) int64
-        In which of the images.
+        In which of the images, ascending.
     truths : ndarray (I,) int64
         How many there are in each of the images.
     """
@@ -29,10 +29,13 @@ class Tally:
 
     def of(self, images: np.ndarray) -> Tally:
         """What was found in some of the images, given by their positions."""
-        place = np.full(len(self.truths), -1)
-        place[images] = np.arange(len(images))
-        kept = place[self.image] >= 0
-        return Tally(self.confidence[kept], self.hit[kept], place[self.image[kept]], self.truths[images])
+        # What is found in an image lies together: of 300,000 images those of a plate are not looked for in all.
+        first, end = (np.searchsorted(self.image, images, side) for side in ("left", "right"))
+        count = end - first
+        kept = np.repeat(end - np.cumsum(count), count) + np.arange(count.sum())
+        return Tally(
+            self.confidence[kept], self.hit[kept], np.repeat(np.arange(len(images)), count), self.truths[images]
+        )
 
     def mistakes(self, threshold: float) -> tuple[np.ndarray, np.ndarray]:
         """False positives and misses (I,) of each image, of what was found with at least that confidence."""
