@@ -186,6 +186,9 @@ def _say(error: BaseException, kind: type | None) -> str:
         return f"field {error.args[0]} is missing"
     if isinstance(error, TypeError):
         return f"wrong type, {_name(kind)} expected" if kind else str(error)
+    told, of_another_length, wanted = str(error).partition(" to structure as tuple")
+    if of_another_length:
+        return f"{told[0].lower()}{told[1:]}: {wanted.count(',') + 1} are allowed"
     return str(error)
 
 

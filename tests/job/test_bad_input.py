@@ -54,6 +54,8 @@ def refused(capfd, *words):
         ("formats = ['dmpr', 'dmpr']", r"formats = .*: each format once is allowed"),
         ("images = 3", r"images: 3 is not a str"),
         ("noise = 3", r"noise: 3 is not a table of fields"),
+        ("stops = { shade = [0.1] }", r"stops.shade: not enough values in \[0.1\]: 2 are allowed"),
+        ("shape = { line = [0.1, 0.2, 0.3] }", r"shape.line: too many values in \[0.1, 0.2, 0.3\]: 2 are allowed"),
         ("formats = 'dmpr'", r"formats: 'dmpr' is not a list"),
         ("mask = 'masks'", r"mask: 'masks' is not a table of fields"),
         ("count = inf", r"count: inf is not a finite number"),
