@@ -169,6 +169,20 @@ def test_fewer_images_are_the_first_of_more(wanted, tmp_path, taught):
     assert {(run.steps, run.scale, run.start) for _, run in taught} == {(4, 5.0, None)}
 
 
+def test_an_image_that_cannot_be_read_is_left_out_and_told(wanted, tmp_path, taught):
+    picture = wanted.dataset / "images" / "000003.png"
+    picture.write_bytes(b"no picture")
+    losses = {number: loss for number, loss in enumerate(LOSSES) if number != 3}
+    rows = [Row(f"images/{k:06d}", loss, {}, (1.0, 0.0), b"m" * 16) for k, loss in losses.items()]
+    origin = Origin("model", "dmpr", dataset_hash(wanted.dataset), selection_hash(wanted.dataset), {})
+    shards.write(shards.path_of(tmp_path / "five", 0), 0, rows, origin)
+    lines = []
+    with pytest.raises(InputError, match="another matter"):
+        sweep(attrs.evolve(wanted, scores=tmp_path / "five"), tmp_path / "out", 1, lines.append)
+    assert [each.image.stem[-1] for each in taught[2][1].examples] == ["1", "0", "2", "4"]
+    assert len(lines) == 1 and lines[0].startswith(f"left out: {picture}: ")
+
+
 @pytest.mark.parametrize(("given", "scale"), [(22.7, 22.7), (60.0, 30.0)])
 def test_the_scale_is_that_of_the_images_up_to_the_finest(wanted, tmp_path, taught, given, scale):
     dataset = made(tmp_path / "dataset", len(LOSSES), given)

@@ -18,7 +18,7 @@ from pavemark.evaluate.matching import TOLERANCE
 from pavemark.records import read_json
 from pavemark.select import scores as scored
 from pavemark.select.choice import Wanted, chosen
-from pavemark.select.selection import of_dataset
+from pavemark.select.selection import of_dataset, unreadable
 from pavemark.study import runs
 from pavemark.study.design import Training
 from pavemark.study.judging import judge
@@ -123,7 +123,7 @@ def sweep(wanted: Sweep, folder: Path, workers: int, tell: Tell) -> list[Trial]:
     parts = {part: list(examples(getattr(wanted, part), wanted.height)) for part in ("validation", "test")}
     _hold_of_use(parts["validation"], parts["test"], wanted)
     hold_no_leak(wanted.dataset, [*parts["validation"], *parts["test"]])
-    order = _order(wanted)
+    order = _order(wanted, tell)
     scale = min(FINEST, order[0].frame.scale) if wanted.scale is None else wanted.scale
     made = [
         (keep, seed, Run(tuple(order[:keep]), wanted.training.steps, seed, wanted.training, scale))
@@ -135,10 +135,13 @@ def sweep(wanted: Sweep, folder: Path, workers: int, tell: Tell) -> list[Trial]:
     return [_judged(keep, seed, runs.model(run, folder), parts, by, folder, tell) for keep, seed, run in made]
 
 
-def _order(wanted: Sweep) -> list[Example]:
+def _order(wanted: Sweep, tell: Tell) -> list[Example]:
     """The images of the most that are kept, the first to be kept first."""
     found = scored.read(wanted.scores)
-    candidates = of_dataset(found, wanted.dataset)
+    gone = unreadable(wanted.dataset, [found])
+    candidates = of_dataset(found, wanted.dataset, gone)
+    for fault in gone.values():
+        tell(f"left out: {fault}")
     asked = Wanted(wanted.strategy, max(wanted.keep), wanted.seed)
     names = [each.name for each in chosen(candidates, asked, None, found.embeddings)]
     kept = set(names)
