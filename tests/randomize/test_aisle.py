@@ -166,7 +166,8 @@ def test_nothing_is_painted_where_nothing_is_drawn():
 
 
 def test_rates_are_met():
-    found = [drawn(number, aisle.Ranges(rate=0.5)) for number in range(600)]
+    ranges = aisle.Ranges(rate=0.5, crossed=0.3, lane=0.2)
+    found = [drawn(number, ranges) for number in range(600)]
     some = [each for each in found if each is not None]
     assert 260 < len(some) < 340
     for name, rate in (("zebra", 0.25), ("hatch", 0.25), ("crossed", 0.3), ("lane", 0.2), ("floor", 0.2)):
