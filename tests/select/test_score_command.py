@@ -158,7 +158,9 @@ def test_the_command_line_is_there_without_what_blender_lacks():
 
 
 SLOW = """
-import sys, time
+import signal, sys, time
+# What starts in the background of a script is born deaf to it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 from pavemark import cli
 from pavemark.detect import learned
 from pavemark.select import scoring
