@@ -20,7 +20,9 @@ def workflow(blender, demo, tmp_path_factory):
         pytest.skip("no window can be had: $DISPLAY is not set")
     out = tmp_path_factory.mktemp("window")
     size = ("-p", "0", "0", "1400", "900")
-    blender.run(*size, "--enable-event-simulate", "-P", HERE / "window.py", "--", demo, out)
+    # With plates of its own: those that a test before has made would be shown at once, and nothing be removed.
+    own = {"PAVEMARK_CACHE": str(tmp_path_factory.mktemp("cache"))}
+    blender.run(*size, "--enable-event-simulate", "-P", HERE / "window.py", "--", demo, out, **own)
     if kept := os.environ.get("PHOTOGRAPHS"):
         shutil.copytree(out, kept, dirs_exist_ok=True)
     return json.loads((out / "told.json").read_text()), out
