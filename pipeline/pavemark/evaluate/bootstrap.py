@@ -12,6 +12,9 @@ from pavemark.evaluate.tally import Tally
 
 DRAWS = 1000
 
+TOGETHER = 1 << 14
+"""Numbers that are looked at at once: small sets are drawn a thousand times in one go, large ones take no memory."""
+
 LEVEL = 0.95
 
 FIGURES = ("precision", "recall", "f1", "average_precision")
@@ -59,17 +62,25 @@ def resampled(
     hits = np.bincount(of[kept & hit], minlength=count)
     rng = np.random.Generator(np.random.PCG64(seed))
     figures = np.full((len(FIGURES), draws), math.nan)
-    for draw in range(draws):
-        times = np.bincount(rng.integers(count, size=count), minlength=count)
-        there, right, told = (int(times @ sums) for sums in (truths, hits, found))
-        weight = times[of]
-        figures[:, draw] = (
+    together = max(1, TOGETHER // max(count, len(of)))
+    for first in range(0, draws, together):
+        block = slice(first, min(first + together, draws))
+        times = _times(rng, count, block.stop - block.start)
+        there, right, told = (times @ sums for sums in (truths, hits, found))
+        weight = times[:, of]
+        figures[:, block] = (
             share(right, told),
             share(right, there),
             share(2 * right, told + there),
-            area(np.cumsum(weight[right_ones])[last], np.cumsum(weight)[rows], there),
+            area(weight[:, right_ones].cumsum(1)[:, last], weight.cumsum(1)[:, rows], there),
         )
     return dict(zip(FIGURES, figures, strict=True))
+
+
+def _times(rng: np.random.Generator, count: int, draws: int) -> np.ndarray:
+    """How often each of `count` clusters is drawn, (draws, count)."""
+    drawn = rng.integers(count, size=(draws, count)) + count * np.arange(draws)[:, None]
+    return np.bincount(drawn.ravel(), minlength=draws * count).reshape(draws, count)
 
 
 def interval(values: np.ndarray, level: float = LEVEL) -> tuple[float, float] | None:

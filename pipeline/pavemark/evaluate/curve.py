@@ -32,17 +32,17 @@ class Rates:
     @property
     def precision(self) -> float:
         """The share of what was found that is there; NaN where nothing was found."""
-        return share(self.hits, self.hits + self.false_positives)
+        return float(share(self.hits, self.hits + self.false_positives))
 
     @property
     def recall(self) -> float:
         """The share of what is there that was found; NaN where nothing is there."""
-        return share(self.hits, self.hits + self.misses)
+        return float(share(self.hits, self.hits + self.misses))
 
     @property
     def f1(self) -> float:
         """The harmonic mean of both; NaN where nothing was found and nothing is there."""
-        return share(2 * self.hits, 2 * self.hits + self.false_positives + self.misses)
+        return float(share(2 * self.hits, 2 * self.hits + self.false_positives + self.misses))
 
 
 @attrs.frozen(eq=False)
@@ -99,16 +99,14 @@ def average_precision(tally: Tally) -> float:
     """
     order, ends = steps(tally)
     hits = np.cumsum(tally.hit[order])[ends]
-    return area(hits, ends + 1, int(tally.truths.sum()))
+    return float(area(hits, ends + 1, int(tally.truths.sum())))
 
 
-def area(hits: np.ndarray, found: np.ndarray, truths: int) -> float:
-    """`average_precision` of hits and things found (K,) as the threshold falls."""
-    if not truths:
-        return math.nan
+def area(hits: np.ndarray, found: np.ndarray, truths: np.ndarray | int) -> np.ndarray:
+    """`average_precision` of hits and things found (..., K) as the threshold falls, and truths (...)."""
     precision = hits / np.maximum(found, 1)
-    best = np.maximum.accumulate(precision[::-1])[::-1]
-    return float((np.diff(hits, prepend=0) * best).sum()) / truths
+    best = np.maximum.accumulate(precision[..., ::-1], axis=-1)[..., ::-1]
+    return share((np.diff(hits, prepend=0) * best).sum(-1), truths)
 
 
 def best_threshold(tally: Tally) -> float:
@@ -120,6 +118,11 @@ def best_threshold(tally: Tally) -> float:
     return float(along.confidence[along.f1.argmax()]) if len(along.f1) else 1.0
 
 
-def share(part: int, whole: int) -> float:
-    """A part of a whole; NaN where there is none."""
-    return part / whole if whole else math.nan
+def share(part: np.ndarray | float, whole: np.ndarray | int) -> np.ndarray:
+    """Parts of wholes, of any shape; NaN where there is none."""
+    return np.divide(
+        part,
+        whole,
+        out=np.full(np.broadcast_shapes(np.shape(part), np.shape(whole)), math.nan),
+        where=np.asarray(whole) > 0,
+    )
