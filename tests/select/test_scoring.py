@@ -139,6 +139,26 @@ def test_a_dataset_that_has_grown(dataset, tmp_path):
     assert contents(tmp_path / "scores") == contents(tmp_path / "fresh")
 
 
+def test_a_part_opens_no_labels_of_others(dataset, tmp_path):
+    for name in ("000003", "000008"):
+        (dataset / f"labels/dmpr/{name}.json").unlink()
+    came, _, detector = score(dataset, tmp_path / "scores", part=(1, 3))
+    assert came == Outcome(4, 4, 0) and len(detector.seen) == 4
+    assert list(contents(tmp_path / "scores")) == ["scores-000001.parquet"]
+    with pytest.raises(InputError, match=r"000008\.json: cannot be read"):
+        score(dataset, tmp_path / "scores", part=(2, 3))
+
+
+def test_a_part_beyond_the_last_shard_has_nothing_to_do(dataset, tmp_path):
+    assert score(dataset, tmp_path / "scores", part=(7, 8))[0] == Outcome(0, 0, 0)
+
+
+def test_a_dataset_without_an_image(dataset, tmp_path):
+    (dataset / "manifest.jsonl").write_text("")
+    with pytest.raises(InputError, match="dataset: holds no image: at least one is needed"):
+        score(dataset, tmp_path / "scores")
+
+
 def test_a_dataset_that_has_become_smaller(dataset, tmp_path):
     score(dataset, tmp_path / "scores")
     lines = (dataset / "manifest.jsonl").read_text().splitlines(keepends=True)
@@ -373,7 +393,7 @@ def test_memory_does_not_grow_with_the_dataset(tmp_path, monkeypatch):
     monkeypatch.setattr(scoring, "dataset_hash", lambda dataset: "many")
     spent = []
     for count in (4 * 64, 20 * 64):
-        monkeypatch.setattr(reading, "examples", lambda dataset, height, count=count: examples(count))
+        monkeypatch.setattr(reading, "examples", lambda dataset, height, only, count=count: examples(count))
         monkeypatch.setattr(reading, "count", lambda dataset, count=count: count)
         fake = Fake(told=lambda mean: (np.full((3, 2, 3), mean), np.arange(100.0)))
         fake.seen = type("Nothing", (), {"append": lambda self, image: None})()

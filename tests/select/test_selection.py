@@ -273,6 +273,20 @@ def test_a_selection_that_was_cut_short_is_no_dataset_and_goes_on(dataset, score
     assert len(list(reading.examples(tmp_path / "kept"))) == 2
 
 
+@pytest.mark.parametrize("way", ["copy", "link"])
+def test_what_a_grown_dataset_no_longer_keeps_goes(dataset, scored, tmp_path, way):
+    """Two easier images come, and the folder is as if they had always been there."""
+    asked = Wanted("cfds", 2)
+    select(dataset, scored, tmp_path / "kept", asked, way=way)
+    before = {path.name for path in (tmp_path / "kept/images").iterdir()}
+    made(dataset, COUNT + 2)
+    again = scores(tmp_path / "again", dataset, rows([0.5, 0.1, 0.4, 0.1, 0.9, 0.2, 0.3, 0.7, 0.8, 0.01, 0.02]))
+    select(dataset, again, tmp_path / "kept", asked, way=way)
+    select(dataset, again, tmp_path / "fresh", asked, way=way)
+    assert {path.name for path in (tmp_path / "kept/images").iterdir()} != before
+    assert tree(tmp_path / "kept") == tree(tmp_path / "fresh")
+
+
 def test_scores_may_be_of_more_images(dataset, tmp_path):
     more = [*rows([0.3] * 9), *[(f"images/{k:06d}", 0.1) for k in range(9, 20)]]
     scored = scores(tmp_path / "scores", dataset, more)

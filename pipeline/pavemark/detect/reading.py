@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Container, Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -27,7 +27,11 @@ OPTIONAL = ("curvature", "relief", "shadows", "wet", "glare", "brightness", "noi
 """Effects that tell the domain of an image; the others are in every image, or in the plate."""
 
 
-def examples(dataset: Path, height: float | None = None, only: Container[str] | None = None) -> Iterator[Example]:
+def examples(
+    dataset: Path,
+    height: float | None = None,
+    only: Callable[[int, str], bool] = lambda row, name: True,
+) -> Iterator[Example]:
     """The labelled images of a dataset, one after the other, in its own order.
 
     Parameters
@@ -39,8 +43,9 @@ def examples(dataset: Path, height: float | None = None, only: Container[str] | 
         `side`.
     height : float or None
         Metres that the height of a picture spans, for lines of a `labels.jsonl` without `scale`.
-    only : container of str or None
-        Names of the images that are wanted, where they are not all; the labels of others are not opened.
+    only : callable
+        Told the row of an image in the list, from 0, and its name: whether it is wanted. The labels of others are not
+        opened.
 
     Yields
     ------
@@ -61,7 +66,7 @@ def examples(dataset: Path, height: float | None = None, only: Container[str] | 
     elif (dataset / "job.json").exists():
         found = _made(dataset, dataset / MANIFEST, only)
     elif (dataset / LISTED).exists():
-        found = (each for each in _listed(dataset, height) if only is None or each.name in only)
+        found = (each for row, each in enumerate(_listed(dataset, height)) if only(row, each.name))
     else:
         raise InputError(
             dataset,
@@ -144,7 +149,7 @@ def picture(example: Example) -> np.ndarray:
     return pixels
 
 
-def _made(folder: Path, manifest: Path, only: Container[str] | None) -> Iterator[Example]:
+def _made(folder: Path, manifest: Path, only: Callable[[int, str], bool]) -> Iterator[Example]:
     record = folder / "job.json"
     told = read_json(record)
     if not isinstance(told, dict):
@@ -152,9 +157,9 @@ def _made(folder: Path, manifest: Path, only: Container[str] | None) -> Iterator
     formats = told.get("formats", [])
     if "dmpr" not in formats:
         raise InputError(record, f'formats = {formats}: "dmpr" among them is needed, for marking points and slots')
-    for number, line in _lines(manifest):
+    for row, (number, line) in enumerate(_lines(manifest)):
         name = _image_of(line, manifest, number)
-        if only is not None and _name(name) not in only:
+        if not only(row, _name(name)):
             continue
         stem = PurePosixPath(name).stem
         points, directions, l_shaped, slots = _dmpr(folder / "labels" / "dmpr" / f"{stem}.json")

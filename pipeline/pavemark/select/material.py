@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 from pavemark import files
-from pavemark.detect.reading import manifest, source
+from pavemark.detect.reading import MANIFEST, manifest, source
 from pavemark.errors import InputError
 from pavemark.select.candidate import Candidate
 
@@ -20,6 +20,8 @@ _ALWAYS = ("labels/dmpr", "scenes")
 
 def materialise(dataset: Path, out: Path, kept: Iterable[Candidate], way: str, step: Callable[[], None]) -> None:
     """Put the files of images into a folder, and the record of the job that made them.
+
+    A folder that holds a selection of the dataset before it grew loses the files of images that are no longer kept.
 
     Parameters
     ----------
@@ -41,6 +43,7 @@ def materialise(dataset: Path, out: Path, kept: Iterable[Candidate], way: str, s
     """
     put = _linked if way == "link" else _copied
     folder, names = source(dataset), {each.name for each in kept}
+    _drop(out, names)
     # Read by programs that may write it anew as the dataset grows: never a link.
     _copied(folder / "job.json", out / "job.json")
     for image, line in manifest(dataset):
@@ -48,6 +51,21 @@ def materialise(dataset: Path, out: Path, kept: Iterable[Candidate], way: str, s
             for name in _files(line):
                 put(folder / name, out / name)
             step()
+
+
+def _drop(out: Path, names: Collection[str]) -> None:
+    """Remove the files of images that a folder lists and that are not among the names."""
+    if not (out / MANIFEST).exists():
+        return
+    kept: set[str] = set()
+    gone: set[str] = set()
+    for image, line in manifest(out):
+        (kept if image in names else gone).update(_files(line))
+    try:
+        for name in sorted(gone - kept):
+            (out / name).unlink(missing_ok=True)
+    except OSError as error:
+        raise InputError(out / name, f"cannot be removed: {error.strerror}") from None
 
 
 def _files(line: dict[str, Any]) -> list[str]:

@@ -67,7 +67,11 @@ def report(dataset: Path, candidates: Sequence[Candidate], kept: Sequence[Candid
         "Dropped": _rows([each for each in order if each.name not in names]),
     }
     shown = {each.name for rows in galleries.values() for row in rows.values() for each in row}
-    pictures = {example.name: example for example in reading.examples(dataset, only=shown)} if shown else {}
+    pictures = (
+        {example.name: example for example in reading.examples(dataset, only=lambda _, name: name in shown)}
+        if shown
+        else {}
+    )
     figure = losses(
         np.array([each.loss for each in order]),
         [each.domain or UNKNOWN for each in order],

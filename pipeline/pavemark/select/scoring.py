@@ -105,6 +105,8 @@ def score(
     files.sweep(out)
     kept = _Kept(out, origin, watcher)
     count = reading.count(dataset)
+    if not count:
+        raise InputError(dataset, "holds no image: at least one is needed")
     mine = range(part[0], -(-count // ROWS), part[1])
     images = sum(min(ROWS, count - number * ROWS) for number in mine)
     kept.drop_beyond(mine, part)
@@ -112,7 +114,7 @@ def score(
     judge = _Judge(opened)
     made, lacking, empty = 0, 0, []
     with watcher.of(max(0, images - before)), _threads(workers) as pool:
-        for number, span in _spans(reading.examples(dataset, height), mine):
+        for number, span in _spans(_of(dataset, height, mine), mine):
             here = {row.mark: row for row in kept.rows(number)}
             marks = [mark(example) for example in span]
             missing = [example for example, each in zip(span, marks, strict=True) if each not in here]
@@ -228,15 +230,16 @@ def _checked(
     return found
 
 
+def _of(dataset: Path, height: float | None, mine: range) -> Iterator[Example]:
+    """The images of the shards of this part: the labels of others are not opened."""
+    return reading.examples(dataset, height, only=lambda row, _: row // ROWS in mine)
+
+
 def _spans(examples: Iterable[Example], mine: range) -> Iterator[tuple[int, list[Example]]]:
     """The images of each shard of this part, one shard's at a time."""
     examples = iter(examples)
-    for number in itertools.count():
-        span = list(itertools.islice(examples, ROWS))
-        if not span:
-            return
-        if number in mine:
-            yield number, span
+    for number in mine:
+        yield number, list(itertools.islice(examples, ROWS))
 
 
 @contextmanager

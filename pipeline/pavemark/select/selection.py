@@ -127,7 +127,7 @@ def unreadable(dataset: Path, scored: Sequence[Scores]) -> dict[str, InputError]
     there = set.intersection(*({each.name for each in one.candidates} for one in scored))
     lacking = {name for name, _ in manifest(dataset) if name not in there}
     found: dict[str, InputError] = {}
-    for example in examples(dataset, only=lacking) if lacking else ():
+    for example in examples(dataset, only=lambda _, name: name in lacking) if lacking else ():
         try:
             picture(example)
         except InputError as error:

@@ -145,7 +145,7 @@ def _order(wanted: Sweep, tell: Tell) -> list[Example]:
     asked = Wanted(wanted.strategy, max(wanted.keep), wanted.seed)
     names = [each.name for each in chosen(candidates, asked, None, found.embeddings)]
     kept = set(names)
-    by_name = {example.name: example for example in examples(wanted.dataset, only=kept)}
+    by_name = {example.name: example for example in examples(wanted.dataset, only=lambda _, name: name in kept)}
     return [by_name[name] for name in names]
 
 
