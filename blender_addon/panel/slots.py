@@ -2,8 +2,11 @@
 
 import bpy
 
+from pavemark.errors import InputError
+
+from .. import document
 from ..effects import EFFECTS, TEXTURE, WITH_SLOTS
-from .layout import Sub, Switched, columns, record
+from .layout import Sub, Switched, columns, record, say
 
 
 class PAVEMARK_PT_slots(Sub, bpy.types.Panel):
@@ -36,6 +39,17 @@ class PAVEMARK_PT_count(Held, bpy.types.Panel):
     bl_label = "Count"
     bl_order = 1
     group = "count"
+
+    def draw(self, context):
+        Held.draw(self, context)
+        told = context.scene.pavemark.count
+        try:
+            scene = document.known(context.scene)
+        except InputError:
+            return  # the effects say what is wrong with it
+        asked = told.slots * (2 if told.both_sides else 1)
+        if told.use and scene is not None and len(scene.slots) < asked:
+            say(context, self.layout, f"{len(scene.slots)} of {asked} slots are drawn: there is no room for more")
 
 
 class PAVEMARK_PT_shape(Held, bpy.types.Panel):

@@ -6,7 +6,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy", reason="the bpy wheel is not installed")
 
-from blender_addon import edits, panel, running  # noqa: E402 - needs bpy
+from blender_addon import document, edits, panel, running  # noqa: E402 - needs bpy
 from blender_addon.child import Child  # noqa: E402
 from blender_addon.effects import EFFECTS  # noqa: E402
 
@@ -106,6 +106,15 @@ def test_a_scene_with_everything_switched_on(drawn):
     assert any(text.startswith("Passes: decals, 1 ray a pixel") for text in shown)
     assert "Drawn or measured: nothing to set" in shown
     assert "96 × 64 px  ·  8.00 m × 5.33 m" in shown
+
+
+def test_a_count_for_which_there_is_no_room_is_told(drawn):
+    count = drawn.pavemark.count
+    count.slots, count.use = 1, True
+    assert "no room for more" not in " ".join(draw_all(drawn))
+    count.slots = 7
+    there = len(document.current(drawn).slots)
+    assert there < 7 and f"{there} of 7 slots are drawn" in " ".join(draw_all(drawn))
 
 
 def test_processes_and_what_came_of_them(chosen, monkeypatch):
