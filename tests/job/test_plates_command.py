@@ -467,6 +467,10 @@ def test_folders_that_are_refused(inputs, stock, tmp_path, said):
     assert code == 2 and "holds another set of plates" in wrong and "masks was " in wrong and " and is None" in wrong
     code, _, wrong = said("plates", inputs / "images", "--masks", stock / "masks", *OPTIONS, "--out", stock)
     assert wrong == f"error: {stock}/masks: is the folder of the inputs: another folder is allowed\n"
+    before = contents(stock)
+    code, _, wrong = said("plates", stock / "plates" / "a.png", "--masks", inputs / "masks", *OPTIONS, "--out", stock)
+    assert wrong == f"error: {stock}/plates: is the folder of the inputs: another folder is allowed\n"
+    assert code == 2 and contents(stock) == before
     code, _, wrong = said("plates", inputs / "images", "--masks", inputs / "masks", "--out", inputs)
     assert wrong == f"error: {inputs}/masks: is the folder of the inputs: another folder is allowed\n"
     shutil.copytree(inputs / "masks", tmp_path / "out" / "masks")

@@ -102,7 +102,7 @@ def spare(out: Path, folders: tuple[str, ...], inputs: Iterable[str | None], rec
     folders : tuple of str
         Where files go in it.
     inputs : iterable of str or None
-        Folders of the inputs.
+        Folders of the inputs, or an image alone.
     record : str
         The file that tells of the run.
 
@@ -114,8 +114,11 @@ def spare(out: Path, folders: tuple[str, ...], inputs: Iterable[str | None], rec
     if out.exists() and not out.is_dir():
         raise InputError(out, "is a file: a folder is allowed")
     used = {Path(folder).resolve() for folder in inputs if folder is not None}
+    # An image alone lies among what would be written, and need not be there under its own name.
+    around = {path.parent for path in used if path.is_file()}
     for folder in (".", *folders):
-        if (out / folder).resolve() in used:
+        there = (out / folder).resolve()
+        if there in used or (folder in folders and there in around):
             raise InputError(out / folder, "is the folder of the inputs: another folder is allowed")
     # Listed first: another shard that starts now writes the record before its first image.
     taken = [folder for folder in folders if _holds_files(out / folder)]
