@@ -353,6 +353,16 @@ def test_changed_inputs_are_made_anew_unless_their_plate_was_edited(inputs, tmp_
         "which hands have mended: remove its files in plates, masks and ground to have it made anew\n"
     )
     assert (read(out / "plates" / "c.png") == edited).all() and "files" in rows(out)["c"]
+    # The sheet does without it: the image may be of another size now, or none at all.
+    sheet = read(out / "sheet.png")
+    given = read(home / "images" / "c.png")
+    for content in (cv2.imencode(".png", given[:50])[1].tobytes(), b"junk"):
+        (home / "images" / "c.png").write_bytes(content)
+        code, told, wrong = said(*command(home, out))
+        assert code == 1 and wrong.startswith("left as it is") and wrong.count("\n") == 1
+        assert f"to be looked at: {out}/sheet.png" in told and (read(out / "sheet.png") == sheet).all()
+    shutil.copy(inputs / "images" / "c.png", home / "images" / "c.png")
+    given = read(home / "masks" / "c.png")
     for kind in ("plates", "masks", "ground"):
         (out / kind / "c.png").unlink()
     assert said(*command(home, out))[0] == 0

@@ -128,7 +128,7 @@ class Run:
     done: dict[str, journal.Entry] = attrs.field(init=False)
     made: int = 0
     failed: int = 0
-    left: int = 0
+    left: set[str] = attrs.field(factory=set)
     refused: dict[str, str] = attrs.field(factory=dict)
     stopped_by: int | None = None
 
@@ -176,7 +176,7 @@ class Run:
                 task = self._task(number, entry)
             except Mended as mended:
                 self.progress.tell(f"left as it is: {mended}")
-                self.left += 1
+                self.left.add(entry.name)
                 self.progress.step(lacking=False)
                 continue
             except InputError as error:
@@ -265,6 +265,8 @@ class Run:
     def draw(self) -> Path | None:
         """Draw PLATES/sheet.png: up to 24 plates as their files are now, spread evenly over those of the images.
 
+        Those left as hands have mended them are not on it: their images are others now.
+
         Returns
         -------
         Path or None
@@ -275,7 +277,8 @@ class Run:
         InputError
             When a file of a plate that was edited cannot be used.
         """
-        there = [entry for entry in self.entries if entry.name in self.done and entry.name not in self.refused]
+        missing = self.refused.keys() | self.left
+        there = [entry for entry in self.entries if entry.name in self.done and entry.name not in missing]
         if not there:
             return None
         path = self.out / SHEET
@@ -298,7 +301,7 @@ class Run:
         if self.refused:
             told.append(f"{len(self.refused)} refused")
         if self.left:
-            told.append(f"{self.left} left as hands have mended them")
+            told.append(f"{len(self.left)} left as hands have mended them")
         if self.failed:
             told.append(f"{self.failed} failed, see {self.out / LOG}")
         if gone := len(self.done.keys() - {entry.name for entry in self.entries}):
