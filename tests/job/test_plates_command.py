@@ -509,12 +509,8 @@ def test_without_masks_the_markings_are_found(tmp_path, said):
     assert rows(out)["a"]["mask"] is None
 
 
-def test_a_worker_that_dies_takes_nothing_with_it(inputs, tmp_path, capfd):
-    home = tmp_path / "home"
-    for kind in ("images", "masks"):
-        shutil.copytree(inputs / kind, home / kind)
-        for name in ("deadly", "faulty"):
-            shutil.copy(home / kind / "a.png", home / kind / f"{name}.png")
+def in_trouble(home, out):
+    """Make plates of a folder with workers that die on some; the exit code."""
     told = Inputs(
         images=str(home / "images"),
         masks=str(home / "masks"),
@@ -523,13 +519,52 @@ def test_a_worker_that_dies_takes_nothing_with_it(inputs, tmp_path, capfd):
         segmenter="strokes",
     )
     worker = (sys.executable, str(Path(__file__).parents[1] / "plate_trouble.py"))
-    out = tmp_path / "out"
-    assert make(told, out, Machine(worker, 2), Quiet()) == 1
+    return make(told, out, Machine(worker, 2), Quiet())
+
+
+def test_a_worker_that_dies_takes_nothing_with_it(inputs, tmp_path, capfd):
+    home, out = tmp_path / "home", tmp_path / "out"
+    for kind in ("images", "masks"):
+        shutil.copytree(inputs / kind, home / kind)
+        for name in ("deadly", "faulty"):
+            shutil.copy(home / kind / "a.png", home / kind / f"{name}.png")
+    assert in_trouble(home, out) == 1
     assert {path.stem for path in files(out)} == {"a", "b", "c"}
     died, faulty = sorted(capfd.readouterr().err.splitlines())
     assert died == f"{home}/images/deadly.png failed: its worker was killed by signal 9 ({out}/errors.log has more)"
     assert faulty.startswith(f"{home}/images/faulty.png failed: ArithmeticError: a fault of two lines (")
     assert "Traceback" in (out / "errors.log").read_text()
+
+
+def test_killed_while_plates_are_made_anew_it_goes_on_to_the_same_bytes(inputs, tmp_path, said, capfd):
+    """What was written over by then is not taken for the work of hands, and theirs is kept."""
+    home, out, reference = tmp_path / "home", tmp_path / "out", tmp_path / "reference"
+    for kind in ("images", "masks"):
+        shutil.copytree(inputs / kind, home / kind)
+        for name in ("halfway", "untold"):
+            shutil.copy(home / kind / "a.png", home / kind / f"{name}.png")
+    for folder in (out, reference):
+        assert said(*command(home, folder))[0] == 0
+        mask = read(folder / "masks" / "untold.png")
+        mask[20:22] = 255
+        cv2.imwrite(str(folder / "masks" / "untold.png"), mask)
+    shutil.copy(home / "images" / "b.png", home / "images" / "halfway.png")
+    given = read(home / "masks" / "halfway.png")
+    given[10:12] = 1
+    cv2.imwrite(str(home / "masks" / "halfway.png"), given)
+
+    assert in_trouble(home, out) == 1
+    assert capfd.readouterr().err.count("its worker was killed by signal 9") == 2
+    assert (read(out / "masks" / "halfway.png") == given).all()
+    # Neither the old nor the new row is that of their files.
+    assert rows(out).keys() == {"a", "b", "c"}
+    for folder in (out, reference):
+        code, told, wrong = said(*command(home, folder))
+        assert (code, wrong) == (0, "") and "5 of 5 plates" in told and "2 of them made now" in told
+    there, wanted = contents(out), contents(reference)
+    for name in ("plates.json", "errors.log"):
+        there.pop(name), wanted.pop(name, None)
+    assert there == wanted and rows(out)["untold"]["mended"]
 
 
 RENDER = ("--count", "7", "--seed", "7", "--workers", "1")
