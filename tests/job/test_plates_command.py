@@ -492,6 +492,21 @@ def test_folders_that_are_refused(inputs, stock, tmp_path, said):
     assert not (tmp_path / "other").exists()
 
 
+def test_a_folder_that_cannot_be_listed_is_a_line(inputs, mended, said, monkeypatch):
+    listed = os.scandir
+
+    def scandir(path):
+        # Root, as which tests may run, may list any.
+        if Path(path) == mended / "plates":
+            raise PermissionError(13, "Permission denied", str(path))
+        return listed(path)
+
+    monkeypatch.setattr(os, "scandir", scandir)
+    code, _, wrong = said(*command(inputs, mended))
+    assert (code, wrong) == (2, f"error: {mended}/plates: cannot be listed: Permission denied\n")
+    assert not (mended / "errors.log").exists()
+
+
 def test_without_masks_the_markings_are_found(tmp_path, said):
     rng = np.random.default_rng(5)
     image = rng.integers(95, 106, (180, 200, 3)).astype(np.uint8)

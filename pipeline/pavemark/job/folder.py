@@ -71,11 +71,20 @@ _SUFFIXES = {"dmpr": ".json", "ps2": ".mat", "yolo": ".txt"}
 
 
 def stems(folder: Path, suffix: str) -> set[str]:
-    """The files of a folder that end so, without that end; none where there is no folder."""
+    """The files of a folder that end so, without that end; none where there is no folder.
+
+    Raises
+    ------
+    InputError
+        When it cannot be listed.
+    """
     if not folder.is_dir():
         return set()
-    with os.scandir(folder) as listing:
-        return {entry.name.removesuffix(suffix) for entry in listing if entry.name.endswith(suffix)}
+    try:
+        with os.scandir(folder) as listing:
+            return {entry.name.removesuffix(suffix) for entry in listing if entry.name.endswith(suffix)}
+    except OSError as error:
+        raise InputError(folder, f"cannot be listed: {error.strerror}") from None
 
 
 def _numbers(folder: Path, suffix: str) -> set[int]:
