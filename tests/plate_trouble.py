@@ -1,8 +1,9 @@
-"""A worker of plates that dies on images whose name says so."""
+"""A worker of plates that dies on images whose name says so, or while their files are written."""
 
 import os
 import signal
 
+from pavemark import files
 from pavemark.job.plate_worker import Plates
 from pavemark.job.worker import attend
 
@@ -16,6 +17,16 @@ class Misbehaving(Plates):
             raise ArithmeticError("a fault\nof two lines")
         return super().make(task)
 
+
+def write(path, data):
+    if path.parts[-2:] == ("plates", "halfway.png"):
+        os.kill(os.getpid(), signal.SIGKILL)
+    whole(path, data)
+    if path.parts[-2:] == ("plates", "untold.png"):
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
+whole, files.write = files.write, write
 
 if __name__ == "__main__":
     attend(Misbehaving)

@@ -9,6 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from onnx import TensorProto, helper, save
 
 from networks import KINDS, network
 from pavemark import assets, cli, onnx
@@ -129,6 +130,17 @@ def test_a_graph_of_no_kind_is_told_with_what_is_allowed(tmp_path, home, capfd, 
     said = refused(capfd, "models", "add", file)
     assert said.startswith(f"{file}: has image {'uint8' if kind == 'migan' or 'byte' in changes else 'float'} [")
     assert "allowed are lama-512: image float [1, 3, 512, 512]" in said and "migan: image uint8 [1, 3, ?, ?]" in said
+    assert not home.exists()
+
+
+def test_a_graph_without_outputs_is_of_no_kind(tmp_path, home, capfd):
+    ports = (("image", 3), ("mask", 1))
+    inputs = [helper.make_tensor_value_info(name, TensorProto.FLOAT, [1, deep, "h", "w"]) for name, deep in ports]
+    graph = helper.make_graph([helper.make_node("Identity", ["image"], ["filled"])], "none", inputs, [])
+    file = tmp_path / "net.onnx"
+    save(helper.make_model(graph, ir_version=8, opset_imports=[helper.make_opsetid("", 17)]), file)
+    said = refused(capfd, "models", "add", file)
+    assert said.startswith(f"{file}: has image float [1, 3, ?, ?], mask float [1, 1, ?, ?] → : allowed are lama-512: ")
     assert not home.exists()
 
 

@@ -229,3 +229,16 @@ def test_bare_ground_has_no_roadside(files):
     assert made(files).roadside is None
     plates._plate.cache_clear()
     assert made(files).roadside is None
+
+
+def test_an_image_without_ground_is_refused_also_from_the_cache(files):
+    """It was a plate with all its markings, of which no label tells."""
+    image, mask = pixels()
+    saved(files[0].parent, image, np.full_like(mask, 2))
+    for _ in range(2):
+        with pytest.raises(InputError, match=r"masks/a\.png: no ground is in it"):
+            made(files, table=MaskTable(ground=(0,)))
+        plates._plate.cache_clear()
+    saved(files[0].parent, np.zeros_like(image), mask)
+    with pytest.raises(InputError, match=r"^\S+/a\.png: no ground is found in it: some is needed for paint$"):
+        make_plate(files[0], None, 40.0, TABLE, "navier-stokes", "strokes")

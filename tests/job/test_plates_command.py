@@ -353,6 +353,16 @@ def test_changed_inputs_are_made_anew_unless_their_plate_was_edited(inputs, tmp_
         "which hands have mended: remove its files in plates, masks and ground to have it made anew\n"
     )
     assert (read(out / "plates" / "c.png") == edited).all() and "files" in rows(out)["c"]
+    # The sheet does without it: the image may be of another size now, or none at all.
+    sheet = read(out / "sheet.png")
+    given = read(home / "images" / "c.png")
+    for content in (cv2.imencode(".png", given[:50])[1].tobytes(), b"junk"):
+        (home / "images" / "c.png").write_bytes(content)
+        code, told, wrong = said(*command(home, out))
+        assert code == 1 and wrong.startswith("left as it is") and wrong.count("\n") == 1
+        assert f"to be looked at: {out}/sheet.png" in told and (read(out / "sheet.png") == sheet).all()
+    shutil.copy(inputs / "images" / "c.png", home / "images" / "c.png")
+    given = read(home / "masks" / "c.png")
     for kind in ("plates", "masks", "ground"):
         (out / kind / "c.png").unlink()
     assert said(*command(home, out))[0] == 0
@@ -467,6 +477,10 @@ def test_folders_that_are_refused(inputs, stock, tmp_path, said):
     assert code == 2 and "holds another set of plates" in wrong and "masks was " in wrong and " and is None" in wrong
     code, _, wrong = said("plates", inputs / "images", "--masks", stock / "masks", *OPTIONS, "--out", stock)
     assert wrong == f"error: {stock}/masks: is the folder of the inputs: another folder is allowed\n"
+    before = contents(stock)
+    code, _, wrong = said("plates", stock / "plates" / "a.png", "--masks", inputs / "masks", *OPTIONS, "--out", stock)
+    assert wrong == f"error: {stock}/plates: is the folder of the inputs: another folder is allowed\n"
+    assert code == 2 and contents(stock) == before
     code, _, wrong = said("plates", inputs / "images", "--masks", inputs / "masks", "--out", inputs)
     assert wrong == f"error: {inputs}/masks: is the folder of the inputs: another folder is allowed\n"
     shutil.copytree(inputs / "masks", tmp_path / "out" / "masks")
@@ -476,6 +490,21 @@ def test_folders_that_are_refused(inputs, stock, tmp_path, said):
     assert "segmenter = 'magic': allowed" in said(*command(inputs, tmp_path / "other", "--segmenter", "magic"))[2]
     assert "Missing argument 'IMAGES'" in said("plates", "--out", tmp_path / "other")[2]
     assert not (tmp_path / "other").exists()
+
+
+def test_a_folder_that_cannot_be_listed_is_a_line(inputs, mended, said, monkeypatch):
+    listed = os.scandir
+
+    def scandir(path):
+        # Root, as which tests may run, may list any.
+        if Path(path) == mended / "plates":
+            raise PermissionError(13, "Permission denied", str(path))
+        return listed(path)
+
+    monkeypatch.setattr(os, "scandir", scandir)
+    code, _, wrong = said(*command(inputs, mended))
+    assert (code, wrong) == (2, f"error: {mended}/plates: cannot be listed: Permission denied\n")
+    assert not (mended / "errors.log").exists()
 
 
 def test_without_masks_the_markings_are_found(tmp_path, said):
@@ -495,12 +524,8 @@ def test_without_masks_the_markings_are_found(tmp_path, said):
     assert rows(out)["a"]["mask"] is None
 
 
-def test_a_worker_that_dies_takes_nothing_with_it(inputs, tmp_path, capfd):
-    home = tmp_path / "home"
-    for kind in ("images", "masks"):
-        shutil.copytree(inputs / kind, home / kind)
-        for name in ("deadly", "faulty"):
-            shutil.copy(home / kind / "a.png", home / kind / f"{name}.png")
+def in_trouble(home, out):
+    """Make plates of a folder with workers that die on some; the exit code."""
     told = Inputs(
         images=str(home / "images"),
         masks=str(home / "masks"),
@@ -509,13 +534,52 @@ def test_a_worker_that_dies_takes_nothing_with_it(inputs, tmp_path, capfd):
         segmenter="strokes",
     )
     worker = (sys.executable, str(Path(__file__).parents[1] / "plate_trouble.py"))
-    out = tmp_path / "out"
-    assert make(told, out, Machine(worker, 2), Quiet()) == 1
+    return make(told, out, Machine(worker, 2), Quiet())
+
+
+def test_a_worker_that_dies_takes_nothing_with_it(inputs, tmp_path, capfd):
+    home, out = tmp_path / "home", tmp_path / "out"
+    for kind in ("images", "masks"):
+        shutil.copytree(inputs / kind, home / kind)
+        for name in ("deadly", "faulty"):
+            shutil.copy(home / kind / "a.png", home / kind / f"{name}.png")
+    assert in_trouble(home, out) == 1
     assert {path.stem for path in files(out)} == {"a", "b", "c"}
     died, faulty = sorted(capfd.readouterr().err.splitlines())
     assert died == f"{home}/images/deadly.png failed: its worker was killed by signal 9 ({out}/errors.log has more)"
     assert faulty.startswith(f"{home}/images/faulty.png failed: ArithmeticError: a fault of two lines (")
     assert "Traceback" in (out / "errors.log").read_text()
+
+
+def test_killed_while_plates_are_made_anew_it_goes_on_to_the_same_bytes(inputs, tmp_path, said, capfd):
+    """What was written over by then is not taken for the work of hands, and theirs is kept."""
+    home, out, reference = tmp_path / "home", tmp_path / "out", tmp_path / "reference"
+    for kind in ("images", "masks"):
+        shutil.copytree(inputs / kind, home / kind)
+        for name in ("halfway", "untold"):
+            shutil.copy(home / kind / "a.png", home / kind / f"{name}.png")
+    for folder in (out, reference):
+        assert said(*command(home, folder))[0] == 0
+        mask = read(folder / "masks" / "untold.png")
+        mask[20:22] = 255
+        cv2.imwrite(str(folder / "masks" / "untold.png"), mask)
+    shutil.copy(home / "images" / "b.png", home / "images" / "halfway.png")
+    given = read(home / "masks" / "halfway.png")
+    given[10:12] = 1
+    cv2.imwrite(str(home / "masks" / "halfway.png"), given)
+
+    assert in_trouble(home, out) == 1
+    assert capfd.readouterr().err.count("its worker was killed by signal 9") == 2
+    assert (read(out / "masks" / "halfway.png") == given).all()
+    # Neither the old nor the new row is that of their files.
+    assert rows(out).keys() == {"a", "b", "c"}
+    for folder in (out, reference):
+        code, told, wrong = said(*command(home, folder))
+        assert (code, wrong) == (0, "") and "5 of 5 plates" in told and "2 of them made now" in told
+    there, wanted = contents(out), contents(reference)
+    for name in ("plates.json", "errors.log"):
+        there.pop(name), wanted.pop(name, None)
+    assert there == wanted and rows(out)["untold"]["mended"]
 
 
 RENDER = ("--count", "7", "--seed", "7", "--workers", "1")

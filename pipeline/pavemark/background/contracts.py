@@ -62,12 +62,13 @@ class Contract:
     def fits(self, network: Network) -> bool:
         """Whether a network's inputs and outputs are of this kind."""
         inputs = {port.name: port for port in network.inputs}
-        output = network.outputs[0]
+        # Only the first output counts; onnxruntime opens graphs that have none.
+        outputs = [(port.name, port.type) for port in network.outputs[:1]]
         return (
             inputs.keys() == {"image", "mask"}
             and self._takes(inputs["image"], 3)
             and self._takes(inputs["mask"], 1)
-            and (output.name, output.type) == (self.output, self.type)
+            and outputs == [(self.output, self.type)]
         )
 
     def _takes(self, port: Port, channels: int) -> bool:

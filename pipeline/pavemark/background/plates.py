@@ -94,7 +94,7 @@ def make_plate(
     Raises
     ------
     InputError
-        When a file or the method is refused, or the markings leave no ground to fill them from.
+        When a file or the method is refused, there is no ground, or the markings leave none to fill them from.
     """
     inpainter(method)
     source = _Source(Path(image), None if mask is None else Path(mask), scale, table, method, segmenter, ground)
@@ -124,6 +124,12 @@ def _plate(source: _Source, key: str) -> Plate:
         kept = _made(source, pixels, frame)
         cache.store(key, **kept)
     markings, ground = (_unpacked(kept[name], (height, width)) for name in ("markings", "ground"))
+    if not ground.any():
+        # It would be the image with all its markings, in a dataset that labels none of them.
+        told = source.ground or (source.mask if source.table.ground is not None else None)
+        raise InputError(
+            told or source.image, f"no ground is {'in' if told else 'found in'} it: some is needed for paint"
+        )
     clean = pixels.copy()
     clean[_hole(markings, ground, frame)] = kept["filled"]
     for array in (pixels, clean, markings, ground):

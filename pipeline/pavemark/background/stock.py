@@ -65,6 +65,16 @@ def paths(folder: Path, name: str) -> dict[str, Path]:
     return {kind: folder / kind / f"{name}.png" for kind in FOLDERS}
 
 
+def begun(folder: Path, name: str) -> Path:
+    """Where the row of a plate lies while its files are written over, until the journal has it."""
+    return folder / "plates" / f".{name}.begun"
+
+
+def halves(folder: Path) -> set[str]:
+    """Names of the plates whose files were being written over when a run was killed."""
+    return {path.name.removeprefix(".").removesuffix(".begun") for path in (folder / "plates").glob(".*.begun")}
+
+
 @attrs.frozen(eq=False)
 class Stock:
     """A folder of plates.

@@ -34,13 +34,15 @@ _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", 
 class Task(NamedTuple):
     """An image or a plate to make: its number, the input image and its mask.
 
-    A plate that is `mended` is made of its own masks in place of the given one.
+    A plate that is `mended` is made of its own masks in place of the given one. Where one is made `again`, files of its
+    may be written over.
     """
 
     index: int
     image: str
     mask: str | None
     mended: bool = False
+    again: bool = False
 
 
 class Answer(NamedTuple):

@@ -71,11 +71,20 @@ _SUFFIXES = {"dmpr": ".json", "ps2": ".mat", "yolo": ".txt"}
 
 
 def stems(folder: Path, suffix: str) -> set[str]:
-    """The files of a folder that end so, without that end; none where there is no folder."""
+    """The files of a folder that end so, without that end; none where there is no folder.
+
+    Raises
+    ------
+    InputError
+        When it cannot be listed.
+    """
     if not folder.is_dir():
         return set()
-    with os.scandir(folder) as listing:
-        return {entry.name.removesuffix(suffix) for entry in listing if entry.name.endswith(suffix)}
+    try:
+        with os.scandir(folder) as listing:
+            return {entry.name.removesuffix(suffix) for entry in listing if entry.name.endswith(suffix)}
+    except OSError as error:
+        raise InputError(folder, f"cannot be listed: {error.strerror}") from None
 
 
 def _numbers(folder: Path, suffix: str) -> set[int]:
@@ -102,7 +111,7 @@ def spare(out: Path, folders: tuple[str, ...], inputs: Iterable[str | None], rec
     folders : tuple of str
         Where files go in it.
     inputs : iterable of str or None
-        Folders of the inputs.
+        Folders of the inputs, or an image alone.
     record : str
         The file that tells of the run.
 
@@ -114,8 +123,11 @@ def spare(out: Path, folders: tuple[str, ...], inputs: Iterable[str | None], rec
     if out.exists() and not out.is_dir():
         raise InputError(out, "is a file: a folder is allowed")
     used = {Path(folder).resolve() for folder in inputs if folder is not None}
+    # An image alone lies among what would be written, and need not be there under its own name.
+    around = {path.parent for path in used if path.is_file()}
     for folder in (".", *folders):
-        if (out / folder).resolve() in used:
+        there = (out / folder).resolve()
+        if there in used or (folder in folders and there in around):
             raise InputError(out / folder, "is the folder of the inputs: another folder is allowed")
     # Listed first: another shard that starts now writes the record before its first image.
     taken = [folder for folder in folders if _holds_files(out / folder)]

@@ -103,7 +103,10 @@ def read_plate(image: Path, mask: Path | None, inputs: Inputs, ground: Path | No
         scale, method = inputs.pixels_per_metre, inputs.inpainter
         return make_plate(image, mask, scale, inputs.mask, method, inputs.segmenter, ground)
     except InputError as error:
-        raise UnusableImage(error.where, error.what) from None
+        if Path(error.where).stem == image.stem:
+            raise UnusableImage(error.where, error.what) from None
+        # What cannot be used may be at fault, as a network that fails: of which image is told all the same.
+        raise UnusableImage(image, f"{Path(error.where).name}: {error.what}") from None
 
 
 def kept(entry: Entry, inputs: Inputs) -> bool:

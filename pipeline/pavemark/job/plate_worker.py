@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from pavemark import files
-from pavemark.background.stock import Row, paths
+from pavemark.background.stock import Row, begun, paths
 from pavemark.errors import InputError
 from pavemark.job.config import Inputs
 from pavemark.job.inputs import UnusableImage, blur, read_plate
 from pavemark.job.worker import attend, versions
-from pavemark.records import structure, unstructure
+from pavemark.records import structure, to_json, unstructure
 
 
 class Plates:
@@ -42,11 +42,7 @@ class Plates:
             plate = read_plate(image, mask, self._inputs)
         # Markings and ground first: where the plate is there, they are too.
         pictures = {"masks": plate.markings, "ground": plate.ground, "plates": plate.image}
-        files_of = {}
-        for kind, pixels in pictures.items():
-            data = files.png(pixels.astype(np.uint8))
-            files.write(written[kind], data)
-            files_of[written[kind].relative_to(self._out).as_posix()] = hashlib.sha256(data).hexdigest()
+        data = {written[kind]: files.png(pixels.astype(np.uint8)) for kind, pixels in pictures.items()}
         row = Row(
             name=plate.name,
             input=image.name,
@@ -56,9 +52,16 @@ class Plates:
             ratios=plate.ratios,
             blur=blur(plate),
             roadside=plate.roadside,
-            files=files_of,
+            files={
+                path.relative_to(self._out).as_posix(): hashlib.sha256(png).hexdigest() for path, png in data.items()
+            },
             mended=task["mended"],
         )
+        if task["again"]:
+            # Where this ends halfway, files that are neither the old ones nor these are hands' work.
+            files.write(begun(self._out, plate.name), to_json(row))
+        for path, png in data.items():
+            files.write(path, png)
         return {
             "row": unstructure(row),
             "stamps": stamps | {kind: stamp(written[kind]) for kind in ("masks", "ground")},

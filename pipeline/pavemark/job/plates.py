@@ -15,7 +15,7 @@ from pavemark import __version__, files
 from pavemark.background import cache
 from pavemark.background.index import Entry
 from pavemark.background.reading import read_image
-from pavemark.background.stock import FOLDERS, RECORD, ROWS, Row, paths, stock
+from pavemark.background.stock import FOLDERS, RECORD, ROWS, Row, begun, halves, paths, stock
 from pavemark.colour import quantise
 from pavemark.errors import InputError
 from pavemark.job import journal
@@ -28,7 +28,7 @@ from pavemark.job.journal import Journal, Shard
 from pavemark.job.plate_worker import sha256, stamp
 from pavemark.job.progress import Progress
 from pavemark.job.run import LOG, SOME_LACK, Machine, log
-from pavemark.records import read_json, structure, to_json, unstructure
+from pavemark.records import from_json, read_json, structure, to_json, unstructure
 
 WORKER = (sys.executable, "-m", "pavemark.job.plate_worker")
 """Starts a worker."""
@@ -128,7 +128,7 @@ class Run:
     done: dict[str, journal.Entry] = attrs.field(init=False)
     made: int = 0
     failed: int = 0
-    left: int = 0
+    left: set[str] = attrs.field(factory=set)
     refused: dict[str, str] = attrs.field(factory=dict)
     stopped_by: int | None = None
 
@@ -136,9 +136,10 @@ class Run:
         self._look()
 
     def _look(self) -> None:
-        """Which plates some journal tells of, and of which of these all files are there. None of them is opened."""
+        """Which plates some journal tells of, and of which of these all files are there, whole. None is opened."""
         self.known = journal.entries(self.out)
         whole = set(self.known).intersection(*(stems(self.out / folder, ".png") for folder in FOLDERS))
+        whole -= halves(self.out)
         self.done = {name: self.known[name] for name in whole}
 
     def lacking(self) -> list[Entry]:
@@ -176,7 +177,7 @@ class Run:
                 task = self._task(number, entry)
             except Mended as mended:
                 self.progress.tell(f"left as it is: {mended}")
-                self.left += 1
+                self.left.add(entry.name)
                 self.progress.step(lacking=False)
                 continue
             except InputError as error:
@@ -197,36 +198,49 @@ class Run:
         InputError
             When a file cannot be read, or one is missing that belongs to what hands have mended.
         """
-        anew = Task(number, str(entry.image), entry.mask and str(entry.mask))
+        known = self.known.get(entry.name)
+        anew = Task(number, str(entry.image), entry.mask and str(entry.mask), again=known is not None)
         own = paths(self.out, entry.name)
         there = {kind: path for kind, path in own.items() if path.exists()}
-        if entry.name not in self.known or not there:
+        if known is None or not there:
             return anew
-        row = structure(Row, json.loads(self.known[entry.name].read()[0]), self.out)
+        row = structure(Row, json.loads(known.read()[0]), self.out)
+        # What a run that was killed has written over is its own work, not that of hands.
+        half = begun(self.out, entry.name)
+        written = [row.files]
+        if half.exists():
+            row = from_json(Row, half)
+            written.append(row.files)
         given = {"image": entry.image} if entry.mask is None else {"image": entry.image, "mask": entry.mask}
-        known = {"image": row.sha256} if row.mask is None else {"image": row.sha256, "mask": row.mask}
+        hashes = {"image": row.sha256} if row.mask is None else {"image": row.sha256, "mask": row.mask}
         stamps = {role: stamp(path) for role, path in {**given, **there}.items() if role != "plates"}
         edited = {
-            kind for kind, path in there.items() if sha256(path) != row.files[path.relative_to(self.out).as_posix()]
+            kind
+            for kind, path in there.items()
+            if sha256(path) not in {each[path.relative_to(self.out).as_posix()] for each in written}
         }
-        changed = {role: sha256(path) for role, path in given.items()} != known
+        changed = {role: sha256(path) for role, path in given.items()} != hashes
         if edited or row.mended:
             if changed:
                 raise Mended(entry.image, f"it or its mask has changed since its plate was made, {_BY_HAND}")
             if not {"masks", "ground"} <= there.keys():
                 lost = next(own[kind] for kind in ("masks", "ground") if kind not in there)
                 raise Mended(lost, f"is missing and belongs to a plate {_BY_HAND}")
-            if "plates" not in there or (edited and "plates" not in edited):
+            if "plates" not in there or ("plates" not in edited and (edited or half.exists())):
                 return anew._replace(mended=True)
-        elif changed or there != own:
+        elif changed or there != own or half.exists():
             return anew
-        self.kept.append(entry.name, unstructure(row), stamps)
+        self._keep(entry.name, unstructure(row), stamps)
         return None
+
+    def _keep(self, name: str, row: dict[str, Any], stamps: dict[str, list[int]]) -> None:
+        self.kept.append(name, row, stamps)
+        begun(self.out, name).unlink(missing_ok=True)
 
     def _take(self, answer: Answer, entry: Entry) -> None:
         message = answer.message
         if answer.say == "done":
-            self.kept.append(entry.name, message["row"], message["stamps"])
+            self._keep(entry.name, message["row"], message["stamps"])
             self.made += 1
             self.progress.step(lacking=False)
         elif answer.say == "unusable":
@@ -265,6 +279,8 @@ class Run:
     def draw(self) -> Path | None:
         """Draw PLATES/sheet.png: up to 24 plates as their files are now, spread evenly over those of the images.
 
+        Those left as hands have mended them are not on it: their images are others now.
+
         Returns
         -------
         Path or None
@@ -275,7 +291,8 @@ class Run:
         InputError
             When a file of a plate that was edited cannot be used.
         """
-        there = [entry for entry in self.entries if entry.name in self.done and entry.name not in self.refused]
+        missing = self.refused.keys() | self.left
+        there = [entry for entry in self.entries if entry.name in self.done and entry.name not in missing]
         if not there:
             return None
         path = self.out / SHEET
@@ -298,7 +315,7 @@ class Run:
         if self.refused:
             told.append(f"{len(self.refused)} refused")
         if self.left:
-            told.append(f"{self.left} left as hands have mended them")
+            told.append(f"{len(self.left)} left as hands have mended them")
         if self.failed:
             told.append(f"{self.failed} failed, see {self.out / LOG}")
         if gone := len(self.done.keys() - {entry.name for entry in self.entries}):
