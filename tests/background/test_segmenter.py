@@ -47,6 +47,7 @@ def _graph(path, said="segmenter 1", factor=1.0):
 def red_and_green(tmp_path, monkeypatch):
     network = opened(_graph(tmp_path / "segmenter.onnx"))
     monkeypatch.setattr(segmenter, "network", lambda: network)
+    monkeypatch.setattr(segmenter, "evened", lambda image, scale: image)
 
 
 def _smooth(height, width):
@@ -63,6 +64,30 @@ def test_probabilities_lie_where_their_pixels_do(red_and_green, height, width, s
     # Bringing a smooth picture to another scale and back costs a level or two.
     assert np.abs(found.marking - image[..., 0] / 255).max() < 0.02
     assert np.abs(found.ground - image[..., 1] / 255).max() < 0.02
+
+
+def test_pale_is_what_shows_where_contrast_is_even(red_and_green, monkeypatch):
+    image, frame = np.full((96, 96, 3), 90, np.uint8), Frame(96, 96, 60)
+    monkeypatch.setattr(segmenter, "evened", lambda image, scale: image + np.uint8(scale))
+    found = segmenter.segment(image, frame)
+    assert np.allclose(found.pale, 150 / 255, atol=0.01)
+    assert np.allclose(found.marking, 90 / 255, atol=0.01)
+    assert np.allclose(found.ground, 90 / 255, atol=0.01)
+    assert np.array_equal(found.ground, segmenter.likely_ground(image, frame))
+
+
+def test_pale_pieces_count_where_no_marking_is(red_and_green, monkeypatch):
+    """One beside, one that makes a found one wider, and one where there is no ground."""
+    image = np.zeros((120, 120, 3), np.uint8)
+    image[:, :100, 1] = 255
+    image[20:26, 10:60, 0] = 255
+    even = image.copy()
+    even[14:32, 10:60, 0] = even[70:78, 10:60, 0] = even[70:78, 106:118, 0] = 255
+    monkeypatch.setattr(segmenter, "evened", lambda image, scale: even)
+    found = SEGMENTERS["network"].find(image, Frame(120, 120, 48))
+    assert found.marking[72:76, 15:55].all(), "pale, beside"
+    assert found.marking[22:24, 15:55].all() and not found.marking[28:31].any(), "not wider"
+    assert not found.marking[:, 104:].any()
 
 
 def test_pieces_do_not_show(red_and_green, monkeypatch):

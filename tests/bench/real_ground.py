@@ -21,7 +21,7 @@ from pavemark.accuracy.table import markdown
 from pavemark.background.ego import ego_car
 from pavemark.background.finding import SEGMENTERS
 from pavemark.background.reading import read_image
-from pavemark.background.segmenter import network, segment
+from pavemark.background.segmenter import likely_ground, network
 from pavemark.errors import InputError
 from pavemark.ground import Frame
 from pavemark.records import from_json
@@ -75,7 +75,7 @@ def finders() -> dict[str, Finder]:
     except InputError as error:
         print(f"without the network: {error}", file=sys.stderr)
         return found
-    found["network, plain"] = lambda image, frame: segment(image, frame).ground >= 0.5
+    found["network, plain"] = lambda image, frame: likely_ground(image, frame) >= 0.5
     found["network, cleaned up"] = lambda image, frame: SEGMENTERS["network"].find(image, frame).ground
     return found
 

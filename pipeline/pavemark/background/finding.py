@@ -12,7 +12,7 @@ from pavemark.background.ego import ego_car
 from pavemark.background.free_ground import free_ground
 from pavemark.background.markings import find_markings
 from pavemark.background.reading import Classes, MaskTable, read_flags, read_mask
-from pavemark.background.segmenter import network, segment
+from pavemark.background.segmenter import likely_ground, network, segment
 from pavemark.ground import Frame
 
 FOUND, SURE = 0.4, 0.5
@@ -70,20 +70,22 @@ class Trained:
     @property
     def version(self) -> str:
         """See `Segmenter.version`."""
-        return f"network 4 {network().sha256}"
+        return f"network 5 {network().sha256}"
 
     def find(self, image: np.ndarray, frame: Frame) -> Classes:
         """See `Segmenter.find`."""
         found = segment(image, frame)
         ego = ego_car(image, frame)
         # On cars and walls there is much that looks like a line.
-        markings = _without_specks((found.marking >= FOUND) & (found.ground >= SURE) & ~ego, frame)
+        there = (found.ground >= SURE) & ~ego
+        markings = _joined((found.marking >= FOUND) & there, (found.pale >= FOUND) & there)
+        markings = _without_specks(markings, frame)
         ground = free_ground(found.ground, markings, ego, frame)
         return Classes(markings & ground, ground)
 
     def ground(self, image: np.ndarray, markings: np.ndarray, frame: Frame) -> np.ndarray:
         """See `Segmenter.ground`."""
-        return free_ground(segment(image, frame).ground, markings, ego_car(image, frame), frame)
+        return free_ground(likely_ground(image, frame), markings, ego_car(image, frame), frame)
 
 
 SEGMENTERS: dict[str, Segmenter] = {"network": Trained(), "strokes": Strokes()}
@@ -128,6 +130,15 @@ def mended(markings: Path, ground: Path, shape: tuple[int, int]) -> Classes:
     """
     free = read_flags(ground, shape)
     return Classes(read_flags(markings, shape) & free, free)
+
+
+def _joined(markings: np.ndarray, pale: np.ndarray) -> np.ndarray:
+    """Markings, and those pieces of pale ones that touch none: what is found is not made wider."""
+    count, label = cv2.connectedComponents(pale.astype(np.uint8), connectivity=8)
+    apart = np.ones(count, bool)
+    apart[0] = False
+    apart[np.unique(label[markings])] = False
+    return markings | apart[label]
 
 
 def _without_specks(markings: np.ndarray, frame: Frame) -> np.ndarray:

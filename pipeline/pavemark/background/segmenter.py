@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from pavemark import assets
+from pavemark.background.contrast import evened
 from pavemark.errors import InputError
 from pavemark.ground import Frame
 from pavemark.onnx import Network, opened
@@ -38,11 +39,15 @@ class Segmentation:
     ----------
     marking : ndarray (H, W) float32
         Probability that a pixel is a marking.
+    pale : ndarray (H, W) float32
+        The same as seen where contrast is even, see `pavemark.background.contrast`: paint hardly paler or darker than
+        its floor shows there, and so do seams and the edges of things.
     ground : ndarray (H, W) float32
         Probability that it is bare ground or a marking, and nothing stands there.
     """
 
     marking: np.ndarray
+    pale: np.ndarray
     ground: np.ndarray
 
 
@@ -80,8 +85,20 @@ def segment(image: np.ndarray, frame: Frame) -> Segmentation:
     InputError
         See `network`; also when it fails, or gives values that are no numbers.
     """
+    marking, ground = _looked(image, frame)
+    pale, _ = _looked(evened(image, frame.scale), frame)
+    return Segmentation(marking, pale, ground)
+
+
+def likely_ground(image: np.ndarray, frame: Frame) -> np.ndarray:
+    """`segment(image, frame).ground`, in half the time."""
+    return _looked(image, frame)[1]
+
+
+def _looked(image: np.ndarray, frame: Frame) -> np.ndarray:
+    """The probabilities (2, H, W), the mean of all looks."""
     found = sum(_look(image, SCALE * larger / frame.scale, turned) for larger, turned in LOOKS) / len(LOOKS)
-    return Segmentation(*np.clip(found, 0, 1))
+    return np.clip(found, 0, 1)
 
 
 def _look(image: np.ndarray, ratio: float, turned: bool) -> np.ndarray:
