@@ -77,17 +77,17 @@ def test_pale_is_what_shows_where_contrast_is_even(red_and_green, monkeypatch):
 
 
 def test_pale_pieces_count_where_no_marking_is(red_and_green, monkeypatch):
-    """One beside, one that makes a found one wider, and one where there is no ground."""
+    """A line beside; what makes a found one wider, a stain, and what lies where there is no ground do not."""
     image = np.zeros((120, 120, 3), np.uint8)
     image[:, :100, 1] = 255
     image[20:26, 10:60, 0] = 255
     even = image.copy()
-    even[14:32, 10:60, 0] = even[70:78, 10:60, 0] = even[70:78, 106:118, 0] = 255
+    even[14:32, 10:60, 0] = even[70:78, 10:60, 0] = even[60:119, 106:118, 0] = even[100:110, 40:50, 0] = 255
     monkeypatch.setattr(segmenter, "evened", lambda image, scale: even)
     found = SEGMENTERS["network"].find(image, Frame(120, 120, 48))
     assert found.marking[72:76, 15:55].all(), "pale, beside"
     assert found.marking[22:24, 15:55].all() and not found.marking[28:31].any(), "not wider"
-    assert not found.marking[:, 104:].any()
+    assert not found.marking[:, 104:].any() and not found.marking[95:].any()
 
 
 def test_pieces_do_not_show(red_and_green, monkeypatch):

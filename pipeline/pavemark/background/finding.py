@@ -22,6 +22,10 @@ ground that is taken for one is filled, and hardly seen."""
 SPECK = 0.01
 """Square metres below which a found marking is none: a tenth of a metre a side."""
 
+PALE, LINE = 0.3, 0.1
+"""Probability from which a pixel is a marking where contrast is even, and the least square metres of a piece. Of what
+is so pale no pixel is sure, but a metre of a line is no stain."""
+
 
 class Segmenter(Protocol):
     """Finds the markings and the ground of an image. The same input gives the same output."""
@@ -78,8 +82,9 @@ class Trained:
         ego = ego_car(image, frame)
         # On cars and walls there is much that looks like a line.
         there = (found.ground >= SURE) & ~ego
-        markings = _joined((found.marking >= FOUND) & there, (found.pale >= FOUND) & there)
-        markings = _without_specks(markings, frame)
+        markings = _without_specks((found.marking >= FOUND) & there, SPECK * frame.scale**2)
+        pale = _without_specks((found.pale >= PALE) & there, LINE * frame.scale**2)
+        markings |= _apart(pale, markings)
         ground = free_ground(found.ground, markings, ego, frame)
         return Classes(markings & ground, ground)
 
@@ -132,17 +137,18 @@ def mended(markings: Path, ground: Path, shape: tuple[int, int]) -> Classes:
     return Classes(read_flags(markings, shape) & free, free)
 
 
-def _joined(markings: np.ndarray, pale: np.ndarray) -> np.ndarray:
-    """Markings, and those pieces of pale ones that touch none: what is found is not made wider."""
-    count, label = cv2.connectedComponents(pale.astype(np.uint8), connectivity=8)
+def _apart(pieces: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """The pieces that touch none of the others: what is found is not to be made wider."""
+    count, label = cv2.connectedComponents(pieces.astype(np.uint8), connectivity=8)
     apart = np.ones(count, bool)
     apart[0] = False
-    apart[np.unique(label[markings])] = False
-    return markings | apart[label]
+    apart[np.unique(label[others])] = False
+    return apart[label]
 
 
-def _without_specks(markings: np.ndarray, frame: Frame) -> np.ndarray:
+def _without_specks(markings: np.ndarray, least: float) -> np.ndarray:
+    """The pieces of at least so many pixels."""
     _, label, statistics, _ = cv2.connectedComponentsWithStats(markings.astype(np.uint8), connectivity=8)
-    kept = statistics[:, cv2.CC_STAT_AREA] >= SPECK * frame.scale**2
+    kept = statistics[:, cv2.CC_STAT_AREA] >= least
     kept[0] = False
     return kept[label]
