@@ -48,8 +48,9 @@ class PAVEMARK_PT_count(Held, bpy.types.Panel):
         except InputError:
             return  # the effects say what is wrong with it
         asked = told.slots * (2 if told.both_sides else 1)
-        if told.use and scene is not None and len(scene.slots) < asked:
-            say(context, self.layout, f"{len(scene.slots)} of {asked} slots are drawn: there is no room for more")
+        there = asked if scene is None else len(scene.slots)
+        if told.use and there < asked:
+            say(context, self.layout, f"{there} of {asked} slots are there: none is drawn where there is no room")
 
 
 class PAVEMARK_PT_shape(Held, bpy.types.Panel):

@@ -111,10 +111,10 @@ def test_a_scene_with_everything_switched_on(drawn):
 def test_a_count_for_which_there_is_no_room_is_told(drawn):
     count = drawn.pavemark.count
     count.slots, count.use = 1, True
-    assert "no room for more" not in " ".join(draw_all(drawn))
+    assert "where there is no room" not in " ".join(draw_all(drawn))
     count.slots = 7
     there = len(document.current(drawn).slots)
-    assert there < 7 and f"{there} of 7 slots are drawn" in " ".join(draw_all(drawn))
+    assert there < 7 and f"{there} of 7 slots are there" in " ".join(draw_all(drawn))
 
 
 def test_processes_and_what_came_of_them(chosen, monkeypatch):
