@@ -3,6 +3,7 @@
 import fcntl
 import json
 import threading
+from pathlib import Path
 
 import attrs
 import pytest
@@ -103,3 +104,24 @@ def test_other_inputs_are_another_job(inputs, tmp_path):
     claim(tmp_path, job, entries)
     with pytest.raises(InputError, match=r"holds another job: inputs.images was 3 and is 2"):
         claim(tmp_path, job, entries[:2])
+
+
+def test_a_journal_is_opened_once_for_many_lines(tmp_path, monkeypatch):
+    """On a network drive every opening waits for an answer."""
+    for part in range(3):
+        with Journal(tmp_path, Shard(part, 3)) as kept:
+            for number in range(part, 30, 3):
+                kept.append(number, {"index": number}, number)
+    found = journal.entries(tmp_path)
+    opened, plain = [], Path.open
+
+    def counted(path, *mode):
+        opened.append(path.name)
+        return plain(path, *mode)
+
+    monkeypatch.setattr(Path, "open", counted)
+    told = [json.loads(row)["index"] for row, _ in journal.lines(found[number] for number in range(30))]
+    assert told == list(range(30))
+    assert sorted(opened) == ["0-of-3.jsonl", "1-of-3.jsonl", "2-of-3.jsonl"]
+    monkeypatch.setattr(journal, "MOST_OPEN", 2)
+    assert [json.loads(beside) for _, beside in journal.lines(found[n] for n in range(30))] == list(range(30))

@@ -26,11 +26,11 @@ def join(folder: Folder) -> None:
     with journal.merging(out):
         if all(path.exists() and path.stat().st_mtime_ns > journal.newest(out) for path in wanted):
             return
-        lines = list(folder.finished().values())
+        finished = folder.finished().values()
         if coco_json(out) in wanted:
-            parts = coco.dataset(json.loads(line.read()[1]) for line in lines)
+            parts = coco.dataset(json.loads(beside) for _, beside in journal.lines(finished))
             files.write_parts(coco_json(out), (part.encode() for part in parts))
-        files.write_parts(out / "manifest.jsonl", (line.read()[0] + b"\n" for line in lines))
+        files.write_parts(out / "manifest.jsonl", (row + b"\n" for row, _ in journal.lines(finished)))
 
 
 def coco_json(out: Path) -> Path:

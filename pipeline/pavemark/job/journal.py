@@ -6,9 +6,9 @@ import json
 import os
 import re
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import attrs
 from filelock import FileLock, Timeout
@@ -17,6 +17,9 @@ from pavemark.errors import InputError
 
 # JSON text holds no raw tab, so the columns can be told apart without parsing 300,000 lines.
 _LINE = re.compile(rb'(\d+|".*")\t(\{.*\})\t(.*)\n')
+
+MOST_OPEN = 128
+"""Journals that are open at a time: a process may have 256 files on some systems."""
 
 Key = int | str
 """The number of an image, or the name of a plate."""
@@ -51,10 +54,7 @@ class Entry:
 
     def read(self) -> tuple[bytes, bytes]:
         """Its row of the manifest and what stands beside it, such as its part of coco.json, both as JSON text."""
-        with self.path.open("rb") as stream:
-            stream.seek(self.start)
-            match = _LINE.fullmatch(stream.read(self.end - self.start))
-        return match[2], match[3]
+        return next(lines([self]))
 
 
 class Journal:
@@ -140,6 +140,22 @@ def beside(out: Path) -> dict[Key, Any]:
     return {json.loads(match[1]): json.loads(match[3]) for _, match in _lines(out)}
 
 
+def lines(finished: Iterable[Entry]) -> Iterator[tuple[bytes, bytes]]:
+    """What `Entry.read` gives of each, every journal opened once: on a network drive that is what takes the time."""
+    with ExitStack() as opened:
+        streams: dict[Path, BinaryIO] = {}
+        for entry in finished:
+            if entry.path not in streams:
+                if len(streams) == MOST_OPEN:
+                    opened.close()
+                    streams.clear()
+                streams[entry.path] = opened.enter_context(entry.path.open("rb"))
+            stream = streams[entry.path]
+            stream.seek(entry.start)
+            match = _LINE.fullmatch(stream.read(entry.end - entry.start))
+            yield match[2], match[3]
+
+
 def _lines(out: Path) -> Iterator[tuple[Entry, re.Match[bytes]]]:
     for path in _journals(out):
         with path.open("rb") as stream:
@@ -163,7 +179,7 @@ def versions(out: Path) -> list[dict[str, str]]:
 
 def plates(finished: Iterable[Entry]) -> dict[str, str]:
     """The hash of the plate that each input gave, by the input's name."""
-    rows = (json.loads(entry.read()[0]) for entry in finished)
+    rows = (json.loads(row) for row, _ in lines(finished))
     return {row["input"]: row["plate"] for row in rows}
 
 
