@@ -279,10 +279,8 @@ class Run:
         names = sorted(self.done.keys() | self.refused.keys())
         rows = journal.lines(self.done[name] for name in names if name not in self.refused)
         for name in names:
-            if name in self.refused:
-                row = {"name": name, "refused": self.refused[name]}
-            else:
-                row = json.loads(next(rows)[0])
+            why = self.refused.get(name)
+            row = json.loads(next(rows)[0]) if why is None else {"name": name, "refused": why}
             yield json.dumps(row, allow_nan=False).encode() + b"\n"
 
     def draw(self) -> Path | None:
