@@ -1,6 +1,7 @@
 """Datasets are read as they were written, and a broken one is refused in a line that names the file."""
 
 import json
+import os
 
 import numpy as np
 import pytest
@@ -173,3 +174,25 @@ def test_nothing_is_read_ahead(tmp_path):
     assert [next(stream).name for _ in range(3)][-1] == "images/000002"
     with pytest.raises(InputError, match=r"manifest.jsonl:4"):
         next(stream)
+
+
+def test_a_point_outside_its_picture(tmp_path):
+    made(tmp_path)
+    (tmp_path / "labels/dmpr/000001.json").write_text('{"marks": [[48.6, 2, 1, 3, 0]], "slots": []}')
+    first, second, _ = reading.examples(tmp_path)
+    reading.hold_within(first)
+    with pytest.raises(InputError, match=r"labels of .*000001.png: \(48.1, 1.5\): within the picture of 48×96"):
+        reading.hold_within(second)
+
+
+def test_pictures_that_two_datasets_share(tmp_path):
+    """A link is the same picture under another name; a copy is not known to be."""
+    one, other = made(tmp_path / "one"), made(tmp_path / "other")
+    of_both = [reading.of_both(reading.examples(one), reading.examples(folder)) for folder in (one, other)]
+    assert [len(list(found)) for found in of_both] == [3, 0]
+    for name, link in (("000000", os.symlink), ("000002", os.link)):
+        (other / "images" / f"{name}.png").unlink()
+        link(one / "images" / f"{name}.png", other / "images" / f"{name}.png")
+    (other / "images/000001.png").unlink()
+    found = reading.of_both(reading.examples(other), reading.examples(one))
+    assert [example.image for example in found] == [other / "images" / f"{name}.png" for name in ("000000", "000002")]

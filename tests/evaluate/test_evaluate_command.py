@@ -1,6 +1,7 @@
 """`pavemark evaluate`: what it says and writes, and the line in which it refuses what it cannot judge."""
 
 import json
+import os
 import sys
 from types import SimpleNamespace
 
@@ -87,6 +88,19 @@ def test_by_place_and_by_domain(evaluate):
     assert row(slots, "plate even.png")[1:4] == ["2", "1", "2"]
     assert row(slots, "plate odd.png")[1:5] == ["1", "1", "0", "–"]
     assert row(slots, "domain base")[1:4] == ["3", "2", "2"]
+
+
+def test_names_are_told_whole(tmp_path, evaluate):
+    """Two that are cut at the same letter could not be told apart."""
+    dataset(tmp_path / "long", [(60, POINTS, SLOTS), (70, POINTS, SLOTS)])
+    names = ["east_of_the_" + "very_" * 8 + name for name in ("first.png", "second.png")]
+    lines = [json.loads(line) for line in (tmp_path / "long/manifest.jsonl").read_text().splitlines()]
+    written = [json.dumps(line | {"input": name}) + "\n" for line, name in zip(lines, names, strict=True)]
+    (tmp_path / "long/manifest.jsonl").write_text("".join(written))
+    done = evaluate("--model", "good.onnx", "--by", "plate", data="long")
+    told = "".join(line.split("│")[1].strip() for line in done.out.splitlines() if line.startswith("│"))
+    assert all(name in told for name in names) and "…" not in done.out
+    assert row(done.out, "all")[4] == "100.00 (100.0–100.0)"
 
 
 def test_a_threshold_is_chosen_elsewhere(evaluate, tmp_path):
@@ -180,6 +194,9 @@ def test_nothing_found_and_nothing_there(evaluate, tmp_path):
         (["--model", "good.onnx", "--threshold", "0.5", "--threshold-from", "{chosen}"], "are both given"),
         (["--model", "good.onnx", "--threshold-from", "{judged}"], "is what is judged"),
         (["--model", "good.onnx", "--threshold-from", "{alone}"], "has points alone"),
+        (["--model", "good.onnx", "--threshold-from", "{part}"], "images/000001 is judged by: other images"),
+        (["--model", "good.onnx", "--threshold-from", "{chosen}", "--out", "{chosen}"], "is the folder of the inputs"),
+        (["--model", "good.onnx", "--cluster", ""], "--cluster: it is empty"),
         (["--model", "good.onnx", "--threshold-from", "{none}"], "none: is no folder"),
         (["--model", "good.onnx", "--threshold", "1.5"], "1.5 is not in the range"),
         (["--model", "good.onnx", "--threshold", "nan"], "--threshold': nan: a finite number is allowed"),
@@ -194,10 +211,19 @@ def test_nothing_found_and_nothing_there(evaluate, tmp_path):
     ],
 )
 def test_bad_input_is_told_in_one_line(evaluate, tmp_path, words, told):
-    names = {name: tmp_path / name for name in ("judged", "chosen", "alone", "none")}
+    names = {name: tmp_path / name for name in ("judged", "chosen", "alone", "part", "none")}
+    dataset(names["part"], [(60, POINTS, SLOTS), (70, POINTS, SLOTS)])
+    (names["part"] / "images/000001.png").unlink()
+    os.link(names["judged"] / "images/000001.png", names["part"] / "images/000001.png")
     done = evaluate(*(word.format(**names) for word in words))
     assert done.code == 2 and done.out == ""
     assert told in done.err and done.err.startswith("error: ") and len(done.err.splitlines()) == 1
+
+
+def test_a_point_that_nobody_could_find_does_not_count_as_missed(evaluate, tmp_path):
+    dataset(tmp_path / "beyond", [(60, POINTS, SLOTS), (70, [(500, 20)], [])])
+    done = evaluate("--model", "good.onnx", data="beyond")
+    assert done.code == 2 and done.out == "" and "000001.png: (500, 20): within the picture of 120×90" in done.err
 
 
 def test_no_such_dataset(evaluate):

@@ -3,9 +3,10 @@
 import attrs
 import numpy as np
 
+from pavemark.detect.reading import examples
 from pavemark.select import shards
 from pavemark.select.candidate import Candidate
-from pavemark.select.origin import dataset_hash, selection_hash
+from pavemark.select.origin import dataset_hash, mark, selection_hash
 from pavemark.select.shards import Origin, Row
 
 
@@ -61,9 +62,11 @@ ORIGIN = Origin("model", "dmpr", "dataset", "", {"numpy": "2"})
 
 
 def scores(folder, dataset, rows, origin=ORIGIN, size=1024):
-    """A folder of scores of a dataset; rows are (name, loss), with plate, domain and embedding if they are told."""
+    """A folder of scores of a dataset as it is; rows are (name, loss), with plate, domain and embedding if told."""
     origin = attrs.evolve(origin, dataset=dataset_hash(dataset), listed=selection_hash(dataset))
+    marks = {example.name: mark(example) for example in examples(dataset)}
     made = [row(*each) for each in rows]
+    made = [attrs.evolve(each, mark=marks.get(each.name, each.mark)) for each in made]
     for number in range(-(-len(made) // size)):
         shards.write(shards.path_of(folder, number), number, made[number * size : (number + 1) * size], origin)
     return folder

@@ -156,8 +156,7 @@ def test_files_that_lack(dataset, scored, tmp_path):
     for way in (None, *material.WAYS):
         with pytest.raises(InputError, match=r"scenes/000003.json"):
             select(dataset, scored, tmp_path / str(way), Wanted("cfds", 3), way=way)
-        with pytest.raises(InputError, match=r"manifest.jsonl"):
-            list(reading.examples(tmp_path / str(way)))
+        assert not (tmp_path / str(way)).exists(), "nothing is begun"
 
 
 def test_paths_that_lead_out_of_a_dataset_are_not_followed(dataset, scored, tmp_path):
@@ -225,7 +224,7 @@ def test_a_dataset_that_lists_an_image_twice(dataset, scored, tmp_path):
 
 
 def test_a_list_of_real_images_is_not_selected_from(tmp_path):
-    folder = listed(tmp_path / "real", {"image": "a.png", "w": 48, "h": 96, "points": []})
+    folder = listed(tmp_path / "real", {"image": "a.png", "w": 48, "h": 96, "scale": 20, "points": []})
     scored = scores(tmp_path / "scores", folder, [("a", 0.1)])
     with pytest.raises(InputError, match=r"manifest.jsonl: cannot be read"):
         select(folder, scored, tmp_path / "kept", Wanted("cfds", 1))
@@ -292,3 +291,22 @@ def test_scores_may_be_of_more_images(dataset, tmp_path):
     scored = scores(tmp_path / "scores", dataset, more)
     assert select(dataset, scored, tmp_path / "kept", Wanted("cfds", 2)) == Outcome(2, 9, 0)
     assert row("a", 0.1).groups == {} and ORIGIN.listed == ""
+
+
+@pytest.mark.parametrize("strategy", ["cfds", "random"])
+def test_what_has_changed_since_it_was_scored_is_not_kept(dataset, scored, tmp_path, strategy):
+    """Its loss is another's: by the labels as they were it may be the best of all."""
+    label = dataset / "labels/dmpr/000003.json"
+    told = json.loads(label.read_text())
+    told["marks"][0][0] += 4
+    label.write_text(json.dumps(told))
+    with pytest.raises(InputError, match=r"000003\.png: it or its labels have changed since .*: pavemark score"):
+        select(dataset, scored, tmp_path / "kept", Wanted(strategy, COUNT))
+    assert not (tmp_path / "kept").exists(), "nothing is begun"
+    with pytest.raises(InputError, match="changed"):
+        select(dataset, scored, tmp_path / "kept", Wanted("cfds", 2))
+    (dataset / "images/000004.png").unlink()
+    select(dataset, scored, tmp_path / "one", Wanted("cfds", 1))
+    label.write_text(json.dumps(told | {"marks": [[told["marks"][0][0] - 4, *told["marks"][0][1:]], told["marks"][1]]}))
+    with pytest.raises(InputError, match=r"000004\.png: has gone"):
+        select(dataset, scored, tmp_path / "kept", Wanted(strategy, COUNT))

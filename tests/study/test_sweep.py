@@ -12,9 +12,10 @@ import pytest
 
 from detect.datasets import SIZE, listed, made
 from pavemark import cli
+from pavemark.detect.reading import examples
 from pavemark.errors import InputError
 from pavemark.select import shards
-from pavemark.select.origin import dataset_hash, selection_hash
+from pavemark.select.origin import dataset_hash, mark, selection_hash
 from pavemark.select.shards import Origin, Row
 from pavemark.study import quantity, runs
 from pavemark.study import sweep as sweeping
@@ -116,7 +117,12 @@ def test_the_drawing():
 
 def scored(folder, dataset, losses=LOSSES):
     """Scores of a dataset."""
-    rows = [Row(f"images/{k:06d}", loss, {}, (1.0, 0.0), b"m" * 16) for k, loss in enumerate(losses)]
+    return scored_as(folder, dataset, dict(enumerate(losses)))
+
+
+def scored_as(folder, dataset, losses):
+    marks = [mark(example) for example in examples(dataset)]
+    rows = [Row(f"images/{k:06d}", loss, {}, (1.0, 0.0), marks[k]) for k, loss in losses.items()]
     origin = Origin("model", "dmpr", dataset_hash(dataset), selection_hash(dataset), {})
     shards.write(shards.path_of(folder, 0), 0, rows, origin)
     return folder
@@ -173,9 +179,7 @@ def test_an_image_that_cannot_be_read_is_left_out_and_told(wanted, tmp_path, tau
     picture = wanted.dataset / "images" / "000003.png"
     picture.write_bytes(b"no picture")
     losses = {number: loss for number, loss in enumerate(LOSSES) if number != 3}
-    rows = [Row(f"images/{k:06d}", loss, {}, (1.0, 0.0), b"m" * 16) for k, loss in losses.items()]
-    origin = Origin("model", "dmpr", dataset_hash(wanted.dataset), selection_hash(wanted.dataset), {})
-    shards.write(shards.path_of(tmp_path / "five", 0), 0, rows, origin)
+    scored_as(tmp_path / "five", wanted.dataset, losses)
     lines = []
     with pytest.raises(InputError, match="another matter"):
         sweep(attrs.evolve(wanted, scores=tmp_path / "five"), tmp_path / "out", 1, lines.append)
@@ -186,8 +190,9 @@ def test_an_image_that_cannot_be_read_is_left_out_and_told(wanted, tmp_path, tau
 @pytest.mark.parametrize(("given", "scale"), [(22.7, 22.7), (60.0, 30.0)])
 def test_the_scale_is_that_of_the_images_up_to_the_finest(wanted, tmp_path, taught, given, scale):
     dataset = made(tmp_path / "dataset", len(LOSSES), given)
+    scores = scored(tmp_path / "scores", dataset)
     with pytest.raises(InputError, match="another matter"):
-        sweep(attrs.evolve(wanted, dataset=dataset, scale=None), tmp_path / "out", 1, print)
+        sweep(attrs.evolve(wanted, dataset=dataset, scores=scores, scale=None), tmp_path / "out", 1, print)
     assert {run.scale for _, run in taught} == {scale}
 
 

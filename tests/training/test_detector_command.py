@@ -12,7 +12,7 @@ from pavemark import cli  # noqa: E402
 from pavemark.detect.learned import opened  # noqa: E402
 from pavemark.detect.reading import examples  # noqa: E402
 from pavemark.ground import Frame  # noqa: E402
-from pavemark.training.detectors import command  # noqa: E402
+from pavemark.training.detectors import command, training  # noqa: E402
 from pavemark.training.detectors.datasets import Lessons, digest, largest  # noqa: E402
 
 
@@ -66,7 +66,7 @@ def test_what_is_stopped_as_the_model_is_written_is_not_in_the_way(tmp_path, cap
     with monkeypatch.context() as patch:
         patch.setattr(command, "exported", stopped)
         assert run(capfd, *words)[0] == 130
-    assert [path.name for path in tmp_path.iterdir()] == ["streets"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.state", "streets"]
     assert run(capfd, *words)[0] == 0
     assert {path.name for path in tmp_path.iterdir()} == {"streets", "a.onnx", "a.pt"}
 
@@ -80,14 +80,70 @@ def test_an_empty_path(tmp_path, capfd, option):
 @pytest.mark.parametrize("words", [("--scale", "nan"), ("--height", "nan"), ("--share", "nan"), ("--share", "inf")])
 def test_what_is_no_number(tmp_path, capfd, words):
     said = run(capfd, "--data", listed(tmp_path / "streets"), "--out", tmp_path / "a.onnx", "--steps", 1, *words)
-    assert said[0] == 2 and "a finite number is allowed" in said[1]
+    assert said[0] == 2 and ("a finite number is allowed" in said[1] or "is not in the range" in said[1])
 
 
-@pytest.mark.parametrize("content", [b"", b"no weights", None])
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04junk", {"a": 1}])
+def test_a_damaged_state_is_told(tmp_path, capfd, content):
+    state = tmp_path / "a.state"
+    torch.save(content, state) if isinstance(content, dict) else state.write_bytes(content)
+    words = ("--data", listed(tmp_path / "streets"), "--out", tmp_path / "a.onnx", "--steps", 1)
+    told = f"error: {state}: is no whole state of a training: remove it, and it begins anew\n"
+    assert run(capfd, *words) == (2, told)
+    state.unlink()
+    assert run(capfd, *words)[0] == 0
+
+
+def test_a_training_that_goes_astray_leaves_no_model(tmp_path, capfd, monkeypatch):
+    words = ("--data", listed(tmp_path / "streets"), "--out", tmp_path / "a.onnx", "--steps", 3)
+    losses = training.Points.loss
+
+    def astray(self, image, lessons):
+        found = losses(self, image, lessons)
+        return found | {next(iter(found)): next(iter(found.values())) * float("nan")}
+
+    monkeypatch.setattr(training.Points, "loss", astray)
+    code, said = run(capfd, *words)
+    assert code == 2 and said.startswith("error: step 1: the loss is nan: a finite number is allowed")
+    assert [path.name for path in tmp_path.iterdir()] == ["streets"]
+
+
+def test_a_start_without_numbers(tmp_path, capfd):
+    data = listed(tmp_path / "streets")
+    assert run(capfd, "--data", data, "--out", tmp_path / "a.onnx", "--steps", 1)[0] == 0
+    weights = torch.load(tmp_path / "a.pt", weights_only=True)
+    torch.save({name: each * float("nan") for name, each in weights.items()}, tmp_path / "nan.pt")
+    words = ("--data", data, "--out", tmp_path / "b.onnx", "--steps", 1, "--start", tmp_path / "nan.pt")
+    code, said = run(capfd, *words)
+    assert code == 2 and "nan.pt: holds weights that are no numbers" in said
+
+
+def test_what_cannot_be_learnt_from_is_told_before_the_first_step(tmp_path, capfd):
+    data = listed(tmp_path / "streets")
+    words = ("--data", data, "--out", tmp_path / "a.onnx", "--steps", 1)
+    (data / "1.png").unlink()
+    code, said = run(capfd, *words)
+    assert code == 2 and f"{data / '1.png'}: is missing, the first of 1 of the 3 images of {data}" in said
+    first, _, third = (data / "labels.jsonl").read_text().splitlines()
+    (data / "labels.jsonl").write_text("\n".join([first, third, first]))
+    code, said = run(capfd, *words)
+    assert code == 2 and "0: is listed twice: once is allowed" in said
+
+
+@pytest.mark.parametrize(("option", "value"), [("--seed", 10**23), ("--share", 1e308)])
+def test_numbers_beyond_all_use(tmp_path, capfd, option, value):
+    words = ("--data", listed(tmp_path / "streets"), "--out", tmp_path / "a.onnx", "--steps", 1)
+    code, said = run(capfd, *words, option, value)
+    assert code == 2 and option in said and "unexpected" not in said
+
+
+@pytest.mark.parametrize("content", [b"", b"no weights", None, {"a": 1}])
 def test_a_start_that_is_none(tmp_path, capfd, content):
     start = tmp_path / "start.pt"
     if content is None:
         torch.save({"head.weight": torch.zeros(3)}, start)
+    elif isinstance(content, dict):
+        torch.save(content, start)
     else:
         start.write_bytes(content)
     words = ("--data", listed(tmp_path / "streets"), "--out", tmp_path / "a.onnx", "--start", start)

@@ -51,7 +51,7 @@ class Cut(Exception):
 
 
 def test_it_goes_on_after_a_cut(tmp_path, monkeypatch):
-    monkeypatch.setattr(training, "KEEP", 2)
+    monkeypatch.setattr(training, "EVERY", 2)
     lessons = crosses(6)
     whole = train_detector("dmpr", [lessons], 8, 0, batch=3)
     for turn in (3, 6):
@@ -76,7 +76,7 @@ def test_it_goes_on_after_a_cut(tmp_path, monkeypatch):
 
 
 def test_a_state_of_other_images_is_not_taken_up(tmp_path, monkeypatch):
-    monkeypatch.setattr(training, "KEEP", 2)
+    monkeypatch.setattr(training, "EVERY", 2)
 
     def until(step, told):
         if step == 3:

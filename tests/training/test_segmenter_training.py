@@ -36,7 +36,7 @@ class Cut(Exception):
 
 
 def test_it_goes_on_after_a_cut(pool, tmp_path, monkeypatch):
-    monkeypatch.setattr(segmenter, "KEEP", 2)
+    monkeypatch.setattr(segmenter, "EVERY", 2)
 
     monkeypatch.setattr(segmenter, "TELL", 1)
     segmenter.train(pool, tmp_path / "whole.onnx", 8, 0, 1, _silent)

@@ -18,7 +18,7 @@ from pavemark import files
 from pavemark.cli.words import File, Folder, Number
 from pavemark.detect.example import Example
 from pavemark.detect.learned import opened
-from pavemark.detect.reading import count, examples
+from pavemark.detect.reading import count, examples, hold_within, of_both
 from pavemark.errors import InputError, one_line
 from pavemark.evaluate.bootstrap import DRAWS, LEVEL
 from pavemark.evaluate.curve import best_threshold
@@ -100,9 +100,11 @@ def evaluate(
         raise InputError("--threshold", "and --threshold-from are both given: one of them is allowed")
     if chosen_on is not None and chosen_on.resolve() == dataset.resolve():
         raise InputError("--threshold-from", f"{chosen_on}: is what is judged: another dataset is allowed")
+    if cluster is not None and not cluster.strip():
+        raise InputError("--cluster", "it is empty: a group of the dataset, as place, is allowed")
     wanted = _words(groups)
     if out is not None:
-        spare(out, (), (str(dataset),), "")
+        spare(out, (), (str(dataset), None if chosen_on is None else str(chosen_on)), "")
         files.writable(out)
     detectors = [opened(model) for model in models]
     _hold_labelled(dataset, chosen_on, {*wanted, *([cluster] if cluster else [])}, height)
@@ -161,8 +163,11 @@ def _words(text: str | None) -> list[str]:
 def _hold_labelled(dataset: Path, chosen_on: Path | None, groups: set[str], height: float | None) -> None:
     """Hold, before long work, that the labels tell what is asked for."""
     first = next(examples(dataset, height))
-    if chosen_on is not None and next(examples(chosen_on, height)).slots is None and first.slots is not None:
-        raise InputError("--threshold-from", f"{chosen_on}: has points alone: slots need a threshold as well")
+    if chosen_on is not None:
+        if next(examples(chosen_on, height)).slots is None and first.slots is not None:
+            raise InputError("--threshold-from", f"{chosen_on}: has points alone: slots need a threshold as well")
+        for example in of_both(examples(chosen_on, height), examples(dataset, height)):
+            raise InputError("--threshold-from", f"{chosen_on}: {example.name} is judged by: other images are allowed")
     missing, there = set(groups), set()
     for example in examples(dataset, height):
         if not missing:
@@ -192,6 +197,7 @@ class _Judge:
 
     def _told(self, dataset: Path) -> Iterator[Example]:
         for example in examples(dataset, self.height):
+            hold_within(example)
             yield example
             self.progress.step(False)
 
@@ -221,9 +227,10 @@ def _rows(table: dict[str, dict[str, Result]]) -> Iterator[tuple[str, Result]]:
 
 def _table(heading: str, table: dict[str, dict[str, Result]]) -> Table:
     shown_ = Table(title=heading, title_justify="left")
-    shown_.add_column("")
+    # A name that is cut could be another's.
+    shown_.add_column("", overflow="fold")
     for column in COLUMNS:
-        shown_.add_column(column, justify="right")
+        shown_.add_column(column, justify="right", no_wrap=True)
     for name, each in _rows(table):
         # What a dataset calls its places is no markup.
         shown_.add_row(Text(name), *cells(each))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from pavemark.cli.words import Folder, Number
+from pavemark.cli.words import LAST_SEED, Folder, Number
 from pavemark.errors import InputError
 from pavemark.job.progress import shown
 from pavemark.select.choice import STRATEGIES, Wanted
@@ -16,15 +16,20 @@ LEARNABLE = "learnable"
 
 SOME_LACK = 1
 
+MOST = 10**9
+"""Images that can be asked for."""
+
 
 @click.command()
 @click.argument("dataset", metavar="DATASET", type=Folder(path_type=Path))
 @click.option("--scores", metavar="SCORES", required=True, type=Folder(path_type=Path), help="From pavemark score.")
-@click.option("--keep", metavar="N", required=True, type=click.IntRange(1), help="Images to keep.")
+@click.option("--keep", metavar="N", required=True, type=click.IntRange(1, MOST), help="Images to keep.")
 @click.option("--strategy", type=click.Choice(STRATEGIES), default="cfds", show_default=True, help="Which come first.")
 @click.option("--out", metavar="DIR", required=True, type=Folder(path_type=Path), help="Where the selection goes.")
 @click.option("--materialize", type=click.Choice(WAYS), help="Put the images and labels there as well.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="For random and coverage.")
+@click.option(
+    "--seed", type=click.IntRange(0, LAST_SEED), default=0, show_default=True, help="For random and coverage."
+)
 @click.option("--quantiles", type=click.IntRange(1), default=4, show_default=True, help="Of the loss, for coverage.")
 @click.option("--scores-learner", metavar="SCORES", type=Folder(path_type=Path), help="Of who learns, for learnable.")
 @click.option(

@@ -8,7 +8,7 @@ import click
 
 from pavemark import files
 from pavemark.cli.select import LEARNABLE, STRATEGIES
-from pavemark.cli.words import Folder, Number
+from pavemark.cli.words import LAST_SEED, Folder, Number
 from pavemark.job.folder import spare
 from pavemark.system import cores
 
@@ -26,7 +26,9 @@ ORDERS = tuple(strategy for strategy in STRATEGIES if strategy != LEARNABLE)
 @click.option("--keep", metavar="N", multiple=True, required=True, type=click.IntRange(1), help="Images; several.")
 @click.option("--seeds", metavar="K", type=click.IntRange(1, 1000), default=3, show_default=True, help="0 to K - 1.")
 @click.option("--strategy", type=click.Choice(ORDERS), default="cfds", show_default=True, help="Which come first.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="For random and coverage.")
+@click.option(
+    "--seed", type=click.IntRange(0, LAST_SEED), default=0, show_default=True, help="For random and coverage."
+)
 @click.option("--steps", type=click.IntRange(1, 10**7), default=1500, show_default=True, help="Steps of training.")
 @click.option("--batch", type=click.IntRange(1, 4096), default=32, show_default=True, help="Images in a step.")
 @click.option(

@@ -14,8 +14,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from pavemark import files
 from pavemark.background import cache
-from pavemark.cli.words import File, Folder, Number
-from pavemark.detect.reading import examples
+from pavemark.cli.words import LAST_SEED, File, Folder, Number
+from pavemark.detect.example import Example
+from pavemark.detect.reading import examples, hold_within
 from pavemark.errors import InputError
 from pavemark.system import cores, replace
 from pavemark.training.pool import drawn
@@ -55,7 +56,9 @@ OUT = click.option(
     callback=_model,
     help="The model, ONNX.",
 )
-SEED = click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="All else follows from it.")
+SEED = click.option(
+    "--seed", type=click.IntRange(0, LAST_SEED), default=0, show_default=True, help="All else follows from it."
+)
 THREADS = click.option(
     "--threads", type=click.IntRange(1), default=cores, show_default="all cores", help="Of the training."
 )
@@ -118,7 +121,7 @@ for _network in STEPS:
 @click.option(
     "--share",
     "shares",
-    type=Number(0, min_open=True),
+    type=Number(0, 10**9, min_open=True),
     multiple=True,
     show_default="as many as it has images",
     help="How much is learnt from each --data, in their order.",
@@ -160,7 +163,7 @@ def detector(
         raise InputError(weights, "is there already: it would be overwritten; another --out is allowed")
     learning = _learning()
     files.writable(out.parent)
-    sets = [list(examples(dataset, height)) for dataset in datasets]
+    sets = [_whole(dataset, list(examples(dataset, height))) for dataset in datasets]
     if family != "dmpr" and not any(example.slots is not None for shown in sets for example in shown):
         raise InputError(
             "--family", f"{family}: needs images whose slots are labelled; dmpr is allowed for points alone"
@@ -188,6 +191,20 @@ def detector(
         )
         replace(ready, weights)
     click.echo(f"{out}  {out.stat().st_size / 1e6:.1f} MB")
+
+
+def _whole(dataset: Path, shown: list[Example]) -> list[Example]:
+    """The images of a dataset, held before long work: each once, labelled within its picture, which is there."""
+    names: set[str] = set()
+    for example in shown:
+        if example.name in names:
+            raise InputError(dataset, f"{example.name}: is listed twice: once is allowed")
+        names.add(example.name)
+        hold_within(example)
+    missing = [example.image for example in shown if not example.image.is_file()]
+    if missing:
+        raise InputError(missing[0], f"is missing, the first of {len(missing)} of the {len(shown)} images of {dataset}")
+    return shown
 
 
 @contextmanager

@@ -22,6 +22,9 @@ from pavemark.job.progress import EVERY
 from pavemark.job.run import LOG, log
 from pavemark.system import reader_gone
 
+LAST_SEED = 2**32 - 1
+"""The largest seed that all who draw by it take."""
+
 
 class Folder(click.Path):
     """A path that was given: an unset variable of a shell script is not the working directory."""

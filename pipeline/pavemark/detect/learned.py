@@ -195,7 +195,7 @@ def opened(path: Path, threads: int = onnx.THREADS) -> Learned:
     family = said.get("family")
     if family not in FAMILIES:
         raise InputError(path, f"family = {family!r}: {', '.join(FAMILIES)} are allowed")
-    scale, stride = _number(path, said, "pixels_per_metre"), _number(path, said, "stride")
+    scale, stride = _number(path, said, "pixels_per_metre", 1000), _number(path, said, "stride", 256)
     if stride != int(stride):
         raise InputError(path, f"stride = {stride:g}: a whole number of pixels is allowed")
     _port(path, network.inputs, "image", (None, 3, None, None))
@@ -210,13 +210,13 @@ def opened(path: Path, threads: int = onnx.THREADS) -> Learned:
     return Learned(family, network.sha256, scale, int(stride), network)
 
 
-def _number(path: Path, said: dict[str, str], name: str) -> float:
+def _number(path: Path, said: dict[str, str], name: str, most: float) -> float:
     try:
         value = float(said.get(name, ""))
     except ValueError:
         value = math.nan
-    if not (math.isfinite(value) and value > 0):
-        raise InputError(path, f"{name} = {said.get(name)!r}: a positive number is allowed in its metadata")
+    if not 1 <= value <= most:
+        raise InputError(path, f"{name} = {said.get(name)!r}: 1 to {most:g} is allowed in its metadata")
     return value
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -149,6 +149,21 @@ def picture(example: Example) -> np.ndarray:
     return pixels
 
 
+def of_both(one: Iterable[Example], other: Iterable[Example]) -> Iterator[Example]:
+    """Those of one whose picture is a picture of the other, too: the same file, under whatever name or by a link."""
+    seen = {_file(example.image) for example in other} - {None}
+    return (example for example in one if _file(example.image) in seen)
+
+
+def _file(path: Path) -> tuple[int, int] | None:
+    """What a file system tells a file by; None where there is none."""
+    try:
+        there = path.stat()
+    except OSError:
+        return None
+    return there.st_dev, there.st_ino
+
+
 def _made(folder: Path, manifest: Path, only: Callable[[int, str], bool]) -> Iterator[Example]:
     record = folder / "job.json"
     told = read_json(record)
@@ -244,10 +259,7 @@ def _listed(dataset: Path, height: float | None) -> Iterator[Example]:
             raise InputError(where, "points: a list of [u, v] is allowed") from None
         if not all(map(math.isfinite, points.ravel())):
             raise InputError(where, "points: finite numbers are allowed")
-        outside = ~((points >= 0) & (points <= (width, tall))).all(1)
-        if outside.any():
-            u, v = points[outside][0]
-            raise InputError(where, f"points: ({u:g}, {v:g}): within the picture of {width}×{tall} is allowed")
+        _hold_within(points, frame, f"{where}: points")
         if not PurePosixPath(name).name:
             raise InputError(where, f"image = {name!r}: the path of a picture, from the folder, is allowed")
         groups = {group: line[group] for group in ("place", "scene", "side") if line.get(group) is not None}
@@ -264,6 +276,24 @@ def _listed(dataset: Path, height: float | None) -> Iterator[Example]:
             slots=None,
             groups={group: str(value) for group, value in groups.items()},
         )
+
+
+def hold_within(example: Example) -> None:
+    """Hold that the labelled points lie in the picture: those of a dataset of ours may have been written by others.
+
+    Raises
+    ------
+    InputError
+        When one lies outside.
+    """
+    _hold_within(example.points, example.frame, f"labels of {example.image}")
+
+
+def _hold_within(points: np.ndarray, frame: Frame, where: str) -> None:
+    outside = ~((points >= 0) & (points <= (frame.width, frame.height))).all(1)
+    if outside.any():
+        u, v = points[outside][0]
+        raise InputError(where, f"({u:g}, {v:g}): within the picture of {frame.width}×{frame.height} is allowed")
 
 
 def _rows(told: Any, length: int) -> np.ndarray:

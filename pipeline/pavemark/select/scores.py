@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Container, Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 import attrs
 import numpy as np
@@ -56,9 +57,8 @@ class Scores:
         place = {name: number for number, name in enumerate(names)}
         found: np.ndarray | None = None
         lacking = len(place)
-        for path in shards.there(self.folder).values():
-            table = _read(path, ("name", "embedding"))
-            wanted = [(place[name], k) for k, name in enumerate(table.column("name").to_pylist()) if name in place]
+        for table, known in self._tables("embedding"):
+            wanted = [(place[name], k) for k, name in enumerate(known) if name in place]
             seen = shards.matrix(table)
             if found is None:
                 found = np.zeros((len(place), seen.shape[1]), np.float32)
@@ -69,6 +69,21 @@ class Scores:
         if lacking:
             raise ValueError(f"{lacking} names that have no scores: scored images are allowed")
         return found
+
+    def marks(self, names: Container[str]) -> dict[str, bytes]:
+        """What some of the images were when they were scored, see `pavemark.select.origin.mark`, by name."""
+        return {
+            name: mark
+            for table, known in self._tables("mark")
+            for name, mark in zip(known, table.column("mark").to_pylist(), strict=True)
+            if name in names
+        }
+
+    def _tables(self, column: str) -> Iterator[tuple[Any, list[str]]]:
+        """The shards with this column, and the names of their rows."""
+        for path in shards.there(self.folder).values():
+            table = _read(path, ("name", column))
+            yield table, table.column("name").to_pylist()
 
 
 def read(folder: Path) -> Scores:

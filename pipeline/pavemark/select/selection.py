@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Container, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from pavemark.select import report, scores
 from pavemark.select.candidate import Candidate
 from pavemark.select.choice import Wanted, chosen
 from pavemark.select.material import materialise
-from pavemark.select.origin import dataset_hash
+from pavemark.select.origin import dataset_hash, mark
 from pavemark.select.scores import Scores
 from pavemark.select.shards import Origin
 
@@ -80,8 +80,9 @@ def select(
     Raises
     ------
     InputError
-        When dataset and scores do not belong together, an image that can be read has no score, so many images cannot
-        be kept, the dataset lacks files, or the folder cannot be written or holds something else.
+        When dataset and scores do not belong together, an image that can be read has no score, one that is kept has
+        changed since, so many images cannot be kept, the dataset lacks files, or the folder cannot be written or holds
+        something else.
     """
     reference = scores.read(scored)
     other = None if learner is None else scores.read(learner)
@@ -90,6 +91,7 @@ def select(
     candidates, *_ = [of_dataset(each, dataset, gone) for each in both]
     files.writable(out)
     kept = chosen(candidates, wanted, other and other.losses(), reference.embeddings)
+    hold_as_scored(dataset, {each.name for each in kept}, both)
     for fault in gone.values():
         tell(f"left out: {fault}")
     told = record(dataset, out, wanted, reference.origin, other and other.origin, way is not None)
@@ -171,6 +173,32 @@ def of_dataset(scores: Scores, dataset: Path, without: Container[str] = ()) -> l
             f"lacks {lacking} of the images of {dataset}, the first is {first}: pavemark score adds those it can read",
         )
     return list(found.values())
+
+
+def hold_as_scored(dataset: Path, names: Container[str], scored: Iterable[Scores]) -> None:
+    """Hold that images and their labels are what they were when they were scored.
+
+    Only of those that are kept: to look at the labels of all would take as long as to score them.
+
+    Parameters
+    ----------
+    dataset : Path
+    names : container of str
+        Of images that have scores.
+    scored : iterable of Scores
+
+    Raises
+    ------
+    InputError
+        When one has changed or has gone.
+    """
+    known = [(each.folder, each.marks(names)) for each in scored]
+    for example in examples(dataset, only=lambda _, name: name in names):
+        now = mark(example)
+        for folder, marks in known:
+            if marks[example.name] != now:
+                what = "it or its labels have changed since it was scored" if example.image.exists() else "has gone"
+                raise InputError(example.image, f"{what}: pavemark score brings {folder} up to date")
 
 
 def _hold_of(scores: Scores, dataset: Path) -> None:

@@ -12,13 +12,13 @@ import attrs
 from pavemark import __version__, files
 from pavemark.detect.example import Example
 from pavemark.detect.learned import opened
-from pavemark.detect.reading import examples, manifest
+from pavemark.detect.reading import examples, manifest, of_both
 from pavemark.errors import InputError
 from pavemark.evaluate.matching import TOLERANCE
 from pavemark.records import read_json
 from pavemark.select import scores as scored
 from pavemark.select.choice import Wanted, chosen
-from pavemark.select.selection import of_dataset, unreadable
+from pavemark.select.selection import hold_as_scored, of_dataset, unreadable
 from pavemark.study import runs
 from pavemark.study.design import Training
 from pavemark.study.judging import judge
@@ -145,6 +145,7 @@ def _order(wanted: Sweep, tell: Tell) -> list[Example]:
     asked = Wanted(wanted.strategy, max(wanted.keep), wanted.seed)
     names = [each.name for each in chosen(candidates, asked, None, found.embeddings)]
     kept = set(names)
+    hold_as_scored(wanted.dataset, kept, [found])
     by_name = {example.name: example for example in examples(wanted.dataset, only=lambda _, name: name in kept)}
     return [by_name[name] for name in names]
 
@@ -155,10 +156,8 @@ def _hold_of_use(validation: Sequence[Example], test: Sequence[Example], wanted:
         if not any(len(example.points) for example in part):
             where = getattr(wanted, option.removeprefix("--"))
             raise InputError(option, f"{where}: has no marking point: images with at least one are allowed")
-    seen = {example.image.resolve() for example in test}
-    for example in validation:
-        if example.image.resolve() in seen:
-            raise InputError("--validation", f"{wanted.validation}: {example.name} is a test image: others are allowed")
+    for example in of_both(validation, test):
+        raise InputError("--validation", f"{wanted.validation}: {example.name} is a test image: others are allowed")
 
 
 def hold_no_leak(dataset: Path, judged: Iterable[Example]) -> None:

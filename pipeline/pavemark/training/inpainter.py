@@ -21,6 +21,7 @@ from torch.nn.utils.parametrizations import spectral_norm
 from pavemark import files
 from pavemark.training import gaps
 from pavemark.training.fourier import CELL, Filler
+from pavemark.training.state import hold_finite, keep, taken_up
 
 PATCH = 192
 """Pixels a side of a patch."""
@@ -102,30 +103,16 @@ def train(
     judges = torch.optim.Adam(critic.parameters(), CRITIC_RATE, betas=(0.5, 0.99))
     parts = {"net": net, "average": average, "critic": critic, "makers": makers, "judges": judges}
     job = (len(pool), steps, seed, PATCH, BATCH)
-    begin = _taken_up(state, parts, job)
+    begin = taken_up(state, parts, job)
     net, critic = net.to(memory_format=torch.channels_last), critic.to(memory_format=torch.channels_last)
     for step in range(begin, steps):
         terms = _step(step, steps, seed, pool, net, average, critic, makers, judges)
+        hold_finite(sum(terms.values()), step + 1)
         if (step + 1) % KEPT_EVERY == 0:
-            held = io.BytesIO()
-            known = {name: part.state_dict() for name, part in parts.items()}
-            torch.save({"job": job, "step": step + 1, **known}, held)
-            files.write(state, held.getvalue())
+            keep(state, parts, job, step + 1)
         tell(step + 1, terms)
     files.write(out, exported(average))
     state.unlink(missing_ok=True)
-
-
-def _taken_up(path: Path, parts: dict, job: tuple[int, ...]) -> int:
-    """The step that a kept state has come to, its weights taken over; 0 where there is none of this job."""
-    if not path.exists():
-        return 0
-    kept = torch.load(path, weights_only=True)
-    if tuple(kept["job"]) != job:
-        return 0
-    for name, part in parts.items():
-        part.load_state_dict(kept[name])
-    return kept["step"]
 
 
 def _step(step, steps, seed, pool, net, average, critic, makers, judges) -> dict[str, float]:

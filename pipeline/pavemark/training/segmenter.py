@@ -21,6 +21,7 @@ from pavemark.colour import quantise
 from pavemark.files import write
 from pavemark.training.canvas import SIDE
 from pavemark.training.pool import GROUND, MARKING
+from pavemark.training.state import hold_finite, keep, taken_up
 from pavemark.training.views import KINDS, SCALE, Kind
 
 CROP, BATCH = 256, 12
@@ -55,7 +56,7 @@ SHARES: dict[Kind, float] = {"any": 0.30, "garage": 0.25, "pavers": 0.20, "cross
 AHEAD = 2
 """Steps for which the pieces of views are made ahead."""
 
-TELL, KEEP = 20, 200
+TELL, EVERY = 20, 200
 """Steps from one telling, and from one keeping of the state, to the next."""
 
 Tell = Callable[[int, dict[str, float]], None]
@@ -109,8 +110,8 @@ def train(pool: np.ndarray, out: Path, steps: int, seed: int, threads: int, tell
     threads : int
         Of torch. Another number gives other last bits.
     tell : callable
-        Told, every TELL steps, the step and the loss; every KEEP also the F1 of markings and the IoU of ground on
-        held-out views, from the averaged weights.
+        Told, every TELL steps, the step and the loss; when the state is kept, also the F1 of markings and the IoU of
+        ground on held-out views, from the averaged weights.
     """
     torch.manual_seed(seed)
     torch.set_num_threads(threads)
@@ -122,17 +123,16 @@ def train(pool: np.ndarray, out: Path, steps: int, seed: int, threads: int, tell
     optimiser = torch.optim.AdamW(network.parameters(), lr=RATE, weight_decay=DECAY)
     schedule = torch.optim.lr_scheduler.LambdaLR(optimiser, _share_of_rate)
     parts = {"network": network, "averaged": averaged, "optimiser": optimiser, "schedule": schedule}
-    first, kept = _taken_up(state, job)
-    for name in kept:
-        parts[name].load_state_dict(kept[name])
+    first = taken_up(state, parts, job)
     held_out = max(1, len(pool) - HELD_OUT)
     for step, (image, truth) in enumerate(_batches(pool[:held_out], seed, range(first, steps)), first):
         told = {"loss": _step(network, optimiser, image, truth)}
+        hold_finite(told["loss"], step + 1)
         schedule.step()
         averaged.update_parameters(network)
-        if step % KEEP == KEEP - 1:
+        if step % EVERY == EVERY - 1:
             told |= judged(averaged.module, pool[held_out:])
-            _keep(state, parts, job, step + 1)
+            keep(state, parts, job, step + 1)
         if step % TELL == TELL - 1:
             tell(step + 1, told)
     write(out, exported(averaged.module, f"steps {steps}, seed {seed}, views {len(pool)}"))
@@ -321,19 +321,3 @@ def exported(network: nn.Module, made: str) -> bytes:
     )
     onnx.checker.check_model(model)
     return model.SerializeToString()
-
-
-def _keep(path: Path, parts: dict, job: tuple[int, ...], step: int) -> None:
-    stream = io.BytesIO()
-    torch.save({"job": job, "step": step, **{name: part.state_dict() for name, part in parts.items()}}, stream)
-    write(path, stream.getvalue())
-
-
-def _taken_up(path: Path, job: tuple[int, ...]) -> tuple[int, dict]:
-    """The step that a kept state has come to, and the states of its parts; 0 and none where it is not of this job."""
-    if not path.exists():
-        return 0, {}
-    kept = torch.load(path, weights_only=True)
-    if tuple(kept.pop("job")) != job:
-        return 0, {}
-    return kept.pop("step"), kept

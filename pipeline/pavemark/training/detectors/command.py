@@ -96,14 +96,17 @@ def _weights(path: Path, family: str) -> dict[str, torch.Tensor]:
         raise InputError(path, f"cannot be read: {error.strerror}") from None
     except (RuntimeError, EOFError, ValueError, pickle.UnpicklingError):
         kept = None
+    if not (isinstance(kept, dict) and all(isinstance(each, torch.Tensor) for each in kept.values())):
+        kept = {}
     wanted = fresh(family, 0).state_dict()
     points = fresh("dmpr", 0).state_dict()
     if not (
-        isinstance(kept, dict)
-        and points.keys() <= kept.keys()
+        points.keys() <= kept.keys()
         and all(kept[name].shape == wanted[name].shape for name in kept.keys() & wanted.keys())
     ):
         raise InputError(
             path, "holds no weights of a detector: a .pt file that pavemark train detector wrote is allowed"
         )
+    if not all(torch.isfinite(each).all() for each in kept.values()):
+        raise InputError(path, "holds weights that are no numbers: those of a training that went well are allowed")
     return kept

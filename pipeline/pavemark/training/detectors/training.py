@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -13,11 +12,11 @@ import numpy as np
 import torch
 from torch import nn
 
-from pavemark.files import write
 from pavemark.training.detectors.deepps import DeepPs
 from pavemark.training.detectors.gcn import Gcn
 from pavemark.training.detectors.lessons import Lesson, augmented, canvas, noise
 from pavemark.training.detectors.network import STRIDE, Points
+from pavemark.training.state import hold_finite, keep, taken_up
 
 FAMILIES: dict[str, type[Points]] = {kind.family: kind for kind in (Points, Gcn, DeepPs)}
 
@@ -30,7 +29,7 @@ RATE, DECAY = 3e-3, 1e-2
 AVERAGED = 0.05
 """Share of the steps over which weights are averaged."""
 
-KEEP = 200
+EVERY = 200
 """Steps from one keeping of the state to the next."""
 
 Tell = Callable[[int, dict[str, float]], None]
@@ -93,6 +92,8 @@ def train_detector(
     ------
     ValueError
         When there is nothing to learn from.
+    InputError
+        When the kept state is damaged, or the loss is no number.
     """
     if not any(map(len, sets)):
         raise ValueError("no images: at least one to learn from is allowed")
@@ -113,27 +114,27 @@ def train_detector(
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, rate, total_steps=steps + 1, pct_start=0.1)
     parts = {"network": network, "averaged": averaged, "optimiser": optimiser, "schedule": schedule}
     job = [family, steps, seed, batch, rate, data, *map(len, sets)]
-    first, states = (0, {}) if state is None else _taken_up(state, job)
-    for name in states:
-        parts[name].load_state_dict(states[name])
+    first = 0 if state is None else taken_up(state, parts, job)
     if size is None:
         size = canvas([lesson for lessons in sets for lesson in lessons], STRIDE)
     drawn = _batches(sets, _chances(sets, shares), size, batch, seed, range(first, steps))
     network.train()
     for step, (image, lessons) in enumerate(drawn, first):
         losses = network.loss(image, lessons)
+        loss = sum(losses.values())
+        hold_finite(loss.item(), step + 1)
         optimiser.zero_grad()
-        sum(losses.values()).backward()
+        loss.backward()
         nn.utils.clip_grad_norm_(network.parameters(), 5.0)
         optimiser.step()
         schedule.step()
         averaged.update_parameters(network)
-        if state is not None and step % KEEP == KEEP - 1:
-            _keep(state, parts, job, step + 1)
+        if state is not None and step % EVERY == EVERY - 1:
+            keep(state, parts, job, step + 1)
         if tell is not None:
             tell(step + 1, {name: part.item() for name, part in losses.items()})
     if state is not None and first < steps:
-        _keep(state, parts, job, steps)
+        keep(state, parts, job, steps)
     return averaged.module.eval()
 
 
@@ -181,19 +182,3 @@ def tensor(images: Sequence[np.ndarray]) -> torch.Tensor:
     """Images (H, W, 3) uint8 of one size as a network takes them: (N, 3, H, W), 0 to 1."""
     stacked = torch.from_numpy(np.stack(images)).permute(0, 3, 1, 2)
     return stacked.float().div_(255).contiguous(memory_format=torch.channels_last)
-
-
-def _keep(path: Path, parts: dict, job: list, step: int) -> None:
-    stream = io.BytesIO()
-    torch.save({"job": job, "step": step, **{name: part.state_dict() for name, part in parts.items()}}, stream)
-    write(path, stream.getvalue())
-
-
-def _taken_up(path: Path, job: list) -> tuple[int, dict]:
-    """The step that a kept state has come to, and the states of its parts; 0 and none where it is not of this job."""
-    if not path.exists():
-        return 0, {}
-    kept = torch.load(path, weights_only=True)
-    if kept.pop("job") != job:
-        return 0, {}
-    return kept.pop("step"), kept
