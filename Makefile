@@ -1,5 +1,5 @@
 # The README's commands. Python and packages live in .venv, made by .ci/setup when it lacks or pyproject.toml changes.
-.PHONY: demo test lint format bench demo-images extension real-blender clean setup
+.PHONY: demo test training lint format bench demo-images extension real-blender clean setup
 
 python := .venv/bin/python
 DEMO := demo-out
@@ -17,6 +17,11 @@ demo: setup
 test: setup
 	$(python) -m pytest -m "not slow" --numprocesses 2
 	$(python) -m pytest -m slow
+
+# Trainings, which `make test` skips where there is no torch.
+training: setup
+	@.ci/torch
+	build/torch/bin/python -m pytest tests/training
 
 lint: setup
 	$(python) -m ruff check .
