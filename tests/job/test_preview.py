@@ -1,5 +1,8 @@
 """The contact sheet shows what is in the files, where the labels say it is."""
 
+import json
+import os
+
 import cv2
 import numpy as np
 import pytest
@@ -88,3 +91,31 @@ def test_without_the_inputs_the_rest_is_shown(dataset, inputs, tmp_path):
     finally:
         away.rename(there)
     assert (sheet[HEAD + 4 : HEAD + 60, GAP + 96 * SCALE + GAP + 4] == 48).all()
+
+
+@pytest.fixture
+def selection(dataset, tmp_path):
+    """Of the last image of the dataset, and nothing else of it."""
+    out = tmp_path / "kept"
+    out.mkdir()
+    (out / "selection.json").write_text(json.dumps({"dataset": os.path.relpath(dataset, out)}))
+    last = (dataset / "manifest.jsonl").read_text().splitlines()[-1]
+    (out / "manifest.jsonl").write_text(last + "\n")
+    return out
+
+
+def test_a_selection_shows_what_it_keeps(dataset, selection):
+    done = pavemark("preview", selection)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == str(selection / "preview.png")
+    sheet = cv2.imread(str(selection / "preview.png"))
+    tile = sheet[HEAD : HEAD + 64 * SCALE, GAP : GAP + 96 * SCALE]
+    assert (tile[SCALE // 2 :: SCALE, SCALE // 2 :: SCALE] == cv2.imread(str(dataset / "images/000002.png"))).all()
+    assert sheet.shape[0] < HEAD + 2 * 64 * SCALE, "one image"
+
+
+def test_a_selection_of_what_is_no_longer_there(selection):
+    manifest = selection / "manifest.jsonl"
+    manifest.write_text(manifest.read_text().replace("000002", "000007"))
+    done = pavemark("preview", selection)
+    assert done.returncode == 2 and "holds none of the images that are kept" in done.stderr

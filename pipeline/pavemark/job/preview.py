@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -30,8 +30,17 @@ COLUMNS = ("image", "plate", "labels", "masks")
 _T, _L, _ENTRANCE, _SIDE = (255, 64, 64), (64, 160, 255), (80, 255, 120), (255, 210, 60)
 
 
-def preview(out: Path) -> Path:
-    """Draw OUT/preview.png: up to 12 images, spread evenly over those that are there.
+def preview(out: Path, sheet: Path | None = None, kept: Container[str] | None = None) -> Path:
+    """Draw a contact sheet: up to 12 images, spread evenly over those that are there.
+
+    Parameters
+    ----------
+    out : Path
+        The folder of a job.
+    sheet : Path, optional
+        The sheet; OUT/preview.png without.
+    kept : container of str, optional
+        Names of the images to draw from, without folder and suffix; all without.
 
     Returns
     -------
@@ -41,14 +50,18 @@ def preview(out: Path) -> Path:
     Raises
     ------
     InputError
-        When the folder holds no finished image, or one that cannot be read.
+        When the folder holds no finished image, none that is kept, or one that cannot be read.
     """
     job = recorded(out)
     folder = Folder.of(out, job)
     there = list(folder.finished())
     if not there:
         raise InputError(out, "holds no finished image yet: pavemark render makes them")
-    path = out / "preview.png"
+    if kept is not None:
+        there = [number for number in there if folder.paths(number)["image"].stem in kept]
+    if not there:
+        raise InputError(out, "holds none of the images that are kept: select from it anew")
+    path = sheet or out / "preview.png"
     strips = [_Sample(number, job, folder) for number in spread(there, MOST)]
     files.write(path, files.png(drawn(strips, COLUMNS)))
     return path
