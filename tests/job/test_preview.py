@@ -114,6 +114,19 @@ def test_a_selection_shows_what_it_keeps(dataset, selection):
     assert sheet.shape[0] < HEAD + 2 * 64 * SCALE, "one image"
 
 
+def test_a_selection_that_has_its_images_needs_no_dataset(dataset, selection):
+    (selection / "selection.json").write_text('{"dataset": "."}')
+    (selection / "job.json").write_bytes((dataset / "job.json").read_bytes())
+    for name in json.loads((selection / "manifest.jsonl").read_text())["files"]:
+        (selection / name).parent.mkdir(parents=True, exist_ok=True)
+        (selection / name).write_bytes((dataset / name).read_bytes())
+    done = pavemark("preview", selection)
+    assert done.returncode == 0, done.stderr
+    sheet = cv2.imread(str(selection / "preview.png"))
+    tile = sheet[HEAD : HEAD + 64 * SCALE, GAP : GAP + 96 * SCALE]
+    assert (tile[SCALE // 2 :: SCALE, SCALE // 2 :: SCALE] == cv2.imread(str(dataset / "images/000002.png"))).all()
+
+
 def test_a_selection_of_what_is_no_longer_there(selection):
     manifest = selection / "manifest.jsonl"
     manifest.write_text(manifest.read_text().replace("000002", "000007"))

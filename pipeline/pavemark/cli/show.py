@@ -17,7 +17,7 @@ from pavemark.job.preview import preview as drawn
 def preview(out: Path) -> None:
     """Draw one contact sheet: image, plate, labels drawn over, masks. Of a selection: of images it keeps."""
     if (out / SELECTION).exists():
-        kept = {PurePosixPath(name).name for name, _ in manifest(out)}
+        kept = (PurePosixPath(name).name for name, _ in manifest(out))
         click.echo(drawn(source(out), out / "preview.png", kept))
     else:
         click.echo(drawn(out))

@@ -53,13 +53,13 @@ class Folder:
         return [*kinds, ("scene", "scenes", ".json")]
 
     def finished(self) -> dict[int, journal.Entry]:
-        """Images that a journal calls finished and whose files are all there, ascending.
-
-        One listing a folder: no file of an image is opened.
-        """
+        """Images that a journal calls finished and that are whole, ascending."""
         there = journal.entries(self.out)
-        done = set(there).intersection(*(_numbers(self.out / folder, suffix) for _, folder, suffix in self._kinds()))
-        return {number: there[number] for number in sorted(done)}
+        return {number: there[number] for number in sorted(self.whole().intersection(there))}
+
+    def whole(self) -> set[int]:
+        """Images whose files are all there. One listing a folder: no file of an image is opened."""
+        return set.intersection(*(_numbers(self.out / folder, suffix) for _, folder, suffix in self._kinds()))
 
     @property
     def folders(self) -> tuple[str, ...]:

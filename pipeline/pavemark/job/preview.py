@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -30,7 +30,7 @@ COLUMNS = ("image", "plate", "labels", "masks")
 _T, _L, _ENTRANCE, _SIDE = (255, 64, 64), (64, 160, 255), (80, 255, 120), (255, 210, 60)
 
 
-def preview(out: Path, sheet: Path | None = None, kept: Container[str] | None = None) -> Path:
+def preview(out: Path, sheet: Path | None = None, kept: Iterable[str] | None = None) -> Path:
     """Draw a contact sheet: up to 12 images, spread evenly over those that are there.
 
     Parameters
@@ -39,8 +39,9 @@ def preview(out: Path, sheet: Path | None = None, kept: Container[str] | None = 
         The folder of a job.
     sheet : Path, optional
         The sheet; OUT/preview.png without.
-    kept : container of str, optional
-        Names of the images to draw from, without folder and suffix; all without.
+    kept : iterable of str, optional
+        Names of the images to draw from, without folder and suffix, in a folder that need not tell what was finished;
+        all that are finished without.
 
     Returns
     -------
@@ -54,13 +55,14 @@ def preview(out: Path, sheet: Path | None = None, kept: Container[str] | None = 
     """
     job = recorded(out)
     folder = Folder.of(out, job)
-    there = list(folder.finished())
-    if not there:
-        raise InputError(out, "holds no finished image yet: pavemark render makes them")
-    if kept is not None:
-        there = [number for number in there if folder.paths(number)["image"].stem in kept]
-    if not there:
-        raise InputError(out, "holds none of the images that are kept: select from it anew")
+    if kept is None:
+        there = list(folder.finished())
+        if not there:
+            raise InputError(out, "holds no finished image yet: pavemark render makes them")
+    else:
+        there = sorted(folder.whole().intersection(int(name) for name in kept if name.isascii() and name.isdigit()))
+        if not there:
+            raise InputError(out, "holds none of the images that are kept: select from it anew")
     path = sheet or out / "preview.png"
     strips = [_Sample(number, job, folder) for number in spread(there, MOST)]
     files.write(path, files.png(drawn(strips, COLUMNS)))
