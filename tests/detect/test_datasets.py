@@ -180,9 +180,26 @@ def test_a_point_outside_its_picture(tmp_path):
     made(tmp_path)
     (tmp_path / "labels/dmpr/000001.json").write_text('{"marks": [[48.6, 2, 1, 3, 0]], "slots": []}')
     first, second, _ = reading.examples(tmp_path)
-    reading.hold_within(first)
+    reading.hold_labelled(first)
     with pytest.raises(InputError, match=r"labels of .*000001.png: \(48.1, 1.5\): within the picture of 48×96"):
-        reading.hold_within(second)
+        reading.hold_labelled(second)
+
+
+def test_markings_painted_anew_have_no_labels(tmp_path):
+    made(tmp_path)
+    scene = {"plate": {"name": "p", "frame": {"width": 48, "height": 96}}, "markings": [{"kind": "original"}]}
+    (tmp_path / "scenes/000001.json").write_text(json.dumps(scene))
+    first, second, third = reading.examples(tmp_path)
+    assert first.known and third.known and not second.known
+    reading.hold_labelled(first)
+    with pytest.raises(InputError, match=r"000001.png: shows its plate's own markings painted anew"):
+        reading.hold_labelled(second)
+
+
+def test_many_are_read_in_their_order(tmp_path):
+    made(tmp_path, 3 * reading.AT_A_TIME)
+    found = [example.name for example in reading.examples(tmp_path)]
+    assert found == [f"images/{k:06d}" for k in range(3 * reading.AT_A_TIME)]
 
 
 def test_pictures_that_two_datasets_share(tmp_path):

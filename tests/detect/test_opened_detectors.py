@@ -93,6 +93,13 @@ def test_the_same_scale_but_for_a_hundredth_is_left_alone(tmp_path):
     assert detector.covered(frame(96, 64, 20.1)) == (96, 64)
 
 
+def test_the_whole_image_is_covered(tmp_path):
+    """A point on its right border is one of the last cells: 336 pixels times their width are a hair less than 102."""
+    assert 336 * (102 / 336) < 102
+    width, _ = opened(graph(tmp_path / "a.onnx")).covered(frame(102, 64, 20 * 102 / 336))
+    assert width == 102
+
+
 def test_the_grid_is_what_the_point_loss_takes(tmp_path):
     detector = opened(graph(tmp_path / "a.onnx"))
     image = painted((90, 64), {(1, 3): (1.0, 0.6, 0.2)})

@@ -156,8 +156,9 @@ def test_for_the_sheet_only_its_own_labels_are_read_once_more(evaluate, tmp_path
     monkeypatch.setattr(reading, "read_json", lambda path: opened.append(path.name) or read_json(path))
     monkeypatch.setattr(sys.modules["pavemark.cli.evaluate"], "WORST", 1)
     assert evaluate("--model", "good.onnx", "--out", tmp_path / "out").code == 0
-    # Labels and scene of the first, twice, to know what is told; of all three to judge them; and of the one drawn.
-    assert len([name for name in opened if name.startswith("00000")]) == 2 * (2 + 3 + 1)
+    # Labels and scene of the first few, here all three, twice, to know what is told; of all to judge them; and of the
+    # one drawn.
+    assert len([name for name in opened if name.startswith("00000")]) == 2 * (2 * 3 + 3 + 1)
 
 
 def test_names_with_line_breaks(evaluate, tmp_path):

@@ -6,9 +6,10 @@ import subprocess
 import sys
 import time
 
+import pyarrow.parquet
 import pytest
 
-from detect.datasets import made, picture
+from detect.datasets import SIZE, made, picture
 from detect.graphs import graph
 from pavemark import cli
 from pavemark.detect import reading
@@ -94,6 +95,36 @@ def test_an_image_that_cannot_be_read(dataset, model, tmp_path, capfd):
     picture(dataset / "images/000004.png")
     words = ("select", dataset, "--scores", tmp_path / "scores", "--keep", "3", "--out", tmp_path / "again")
     assert "lacks 1 of the images" in refused(capfd, *words)
+
+
+def test_labels_of_no_use_are_left_out(dataset, model, tmp_path, capfd):
+    """A point outside its picture, and markings that no label tells of: neither is an image without points."""
+    labels = json.loads((dataset / "labels/dmpr/000002.json").read_text())
+    labels["marks"][0][0] = SIZE[0] + 2.0
+    (dataset / "labels/dmpr/000002.json").write_text(json.dumps(labels))
+    scene = json.loads((dataset / "scenes/000007.json").read_text())
+    scene |= {"slots": [], "markings": [{"kind": "original"}]}
+    (dataset / "scenes/000007.json").write_text(json.dumps(scene))
+    assert run("score", dataset, "--model", model, "--out", tmp_path / "scores") == 1
+    said = capfd.readouterr()
+    assert "2 cannot be scored" in said.out and "within the picture" in said.err and "painted anew" in said.err
+    words = ("select", dataset, "--scores", tmp_path / "scores", "--keep", "10", "--out", tmp_path / "kept")
+    assert run(*words) == 1
+    assert "10 of 10 images kept" in capfd.readouterr().out
+    names = {json.loads(line)["name"] for line in (tmp_path / "kept/manifest.jsonl").read_text().splitlines()}
+    assert names == {f"images/{k:06d}" for k in range(12)} - {"images/000002", "images/000007"}
+
+
+def test_what_images_are_sorted_by_is_kept_up_to_date(dataset, model, tmp_path, capfd):
+    words = ("score", dataset, "--model", model, "--out", tmp_path / "scores")
+    assert run(*words) == 0
+    scene = json.loads((dataset / "scenes/000003.json").read_text()) | {"noise": {"sigma": 2}}
+    (dataset / "scenes/000003.json").write_text(json.dumps(scene))
+    capfd.readouterr()
+    assert run(*words) == 0
+    assert "12 of 12 images scored" in (said := capfd.readouterr().out) and ", 1 now" in said
+    rows = pyarrow.parquet.read_table(tmp_path / "scores").to_pylist()
+    assert [row["domain"] for row in rows] == ["base"] * 3 + ["noise"] + ["base"] * 8
 
 
 @pytest.mark.parametrize(

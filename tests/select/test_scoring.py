@@ -15,7 +15,9 @@ from pavemark.detect import reading
 from pavemark.detect.example import Example
 from pavemark.errors import InputError
 from pavemark.ground import Frame
+from pavemark.job.config import PATHS
 from pavemark.select import scores, scoring, shards
+from pavemark.select.origin import GROWS
 from pavemark.select.scoring import Outcome
 
 
@@ -276,7 +278,7 @@ def test_one_image_that_cannot_be_scored(dataset, tmp_path, harm):
     assert came == Outcome(10, 9, 1)
     assert watcher.steps.count(True) == 1
     (line,) = watcher.lines
-    assert line.startswith(f"not scored: {image}: ")
+    assert line.startswith(f"not scored: {'labels of ' if harm == 'outside' else ''}{image}: ")
     assert len(scores.read(tmp_path / "scores").candidates) == 9
     image.write_bytes(whole)
     labels.write_bytes(told)
@@ -404,3 +406,7 @@ def test_memory_does_not_grow_with_the_dataset(tmp_path, monkeypatch):
         assert came.made == count
     assert peak <= 2 * 64 + 1
     assert spent[1] < 1.2 * spent[0]
+
+
+def test_what_a_grown_dataset_may_differ_in_is_what_a_job_lets_differ():
+    assert {"count", *PATHS} == GROWS

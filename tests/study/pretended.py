@@ -12,17 +12,17 @@ def model(run, folder):
     return folder / "models" / f"{run.steps}-{run.seed}.onnx"
 
 
-def trained(run, folder):
+def trained(run, folder, key):
     files.write(model(run, folder), str(run.seed))
 
 
-def slow(run, folder):
+def slow(run, folder, key):
     """All but those of one step begin a file, and take longer than anyone waits."""
     if run.steps == 1:
         # Not before another has begun.
         while not list((folder / "models").glob(".*.part")):
             time.sleep(0.01)
-        trained(run, folder)
+        trained(run, folder, key)
     else:
         path = files.aside(model(run, folder))
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -30,10 +30,10 @@ def slow(run, folder):
         time.sleep(600)
 
 
-def refused(run, folder):
+def refused(run, folder, key):
     raise InputError(folder, f"steps = {run.steps}: fewer are allowed")
 
 
-def killed(run, folder):
+def killed(run, folder, key):
     os.kill(os.getpid(), signal.SIGTERM)
     time.sleep(600)

@@ -97,6 +97,18 @@ def test_views_are_of_the_train_places_alone(tmp_path):
     assert cv2.imread(str(tmp_path / "views" / "north_0.png")).shape == (32, 24, 3)
 
 
+def test_what_plates_were_made_of_stays(tmp_path):
+    """Pools may be painted on them: another picture, or another size, is for another folder."""
+    train, views = split(study(tmp_path))["train"], tmp_path / "views"
+    write_views(train, (24, 32), views)
+    write_views(train, (24, 32), views)
+    with pytest.raises(InputError, match=r"north_0.png: shows another picture than .* in this size"):
+        write_views(train, (12, 16), views)
+    cv2.imwrite(str(train[1].image), 255 - cv2.imread(str(train[1].image)))
+    with pytest.raises(InputError, match=r"north_1.png: shows another picture"):
+        write_views(train, (24, 32), views)
+
+
 def test_two_real_images_of_one_name(tmp_path):
     parts = split(study(tmp_path))
     with pytest.raises(InputError, match="has the name of another image"):

@@ -36,4 +36,4 @@ def test_the_precision_at_a_recall(recall, precision):
 
 
 def test_a_recall_that_is_never_reached():
-    assert precision_at(CURVE, 0.91) == 0.0
+    assert precision_at(CURVE, 0.91) is None

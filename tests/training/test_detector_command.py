@@ -2,18 +2,24 @@
 
 import json
 
+import attrs
 import cv2
 import numpy as np
 import pytest
 
 torch = pytest.importorskip("torch", reason="torch is not installed: pip install 'pavemark[train]'")
 
+from detect.datasets import made  # noqa: E402
 from pavemark import cli  # noqa: E402
+from pavemark.cli.train import _whole  # noqa: E402
 from pavemark.detect.learned import opened  # noqa: E402
 from pavemark.detect.reading import examples  # noqa: E402
+from pavemark.errors import InputError  # noqa: E402
 from pavemark.ground import Frame  # noqa: E402
 from pavemark.training.detectors import command, training  # noqa: E402
 from pavemark.training.detectors.datasets import Lessons, digest, largest  # noqa: E402
+from pavemark.training.detectors.lessons import Lesson  # noqa: E402
+from pavemark.training.detectors.training import train_detector  # noqa: E402
 
 
 def listed(folder, count=3, size=(70, 40)):
@@ -137,7 +143,7 @@ def test_numbers_beyond_all_use(tmp_path, capfd, option, value):
     assert code == 2 and option in said and "unexpected" not in said
 
 
-@pytest.mark.parametrize("content", [b"", b"no weights", None, {"a": 1}])
+@pytest.mark.parametrize("content", [b"", b"no weights", b"hello", b"1,2\n3,4\n", None, {"a": 1}])
 def test_a_start_that_is_none(tmp_path, capfd, content):
     start = tmp_path / "start.pt"
     if content is None:
@@ -157,6 +163,24 @@ def test_points_alone_teach_no_pairs(tmp_path, capfd):
     words = ("--family", "gcn", "--data", listed(tmp_path / "streets"), "--out", tmp_path / "a.onnx")
     code, said = run(capfd, *words)
     assert code == 2 and "gcn: needs images whose slots are labelled" in said
+
+
+def test_whose_markings_are_painted_anew_is_left_out(tmp_path, capfd):
+    data = made(tmp_path / "made", 3)
+    scene = json.loads((data / "scenes/000001.json").read_text())
+    (data / "scenes/000001.json").write_text(json.dumps(scene | {"slots": [], "markings": [{"kind": "original"}]}))
+    shown = _whole(data, list(examples(data)))
+    assert [each.name for each in shown] == ["images/000000", "images/000002"]
+    assert capfd.readouterr().err.startswith(f"left out: {data}: 1 of 3 images show their plates' own markings")
+    only = [each for each in examples(data) if not each.known]
+    with pytest.raises(InputError, match="nothing to learn from"):
+        _whole(data, only)
+
+
+@pytest.mark.parametrize("steps", [1, 2, 8, 9, 10, 19])
+def test_any_number_of_steps(tmp_path, steps):
+    lesson = Lesson(np.zeros((32, 32, 3), np.uint8), np.array([[9.0, 9.0]]), None, None, None)
+    train_detector("dmpr", [[lesson]], steps, 0, batch=2, threads=1)
 
 
 def test_lessons_are_kept_as_far_as_memory_reaches(tmp_path):
@@ -180,3 +204,7 @@ def test_every_image_fits(tmp_path):
 def test_a_dataset_is_told_from_another(tmp_path):
     one, two = (list(examples(listed(tmp_path / name))) for name in ("a", "b"))
     assert digest(one) == digest(two) != digest(two[:2])
+    turned = [attrs.evolve(each, directions=np.array([[1.0, 0.0]])) for each in one]
+    assert digest(turned) != digest(one)
+    (tmp_path / "b" / "1.png").write_bytes((tmp_path / "b" / "1.png").read_bytes() + b"more")
+    assert digest(two) != digest(one)

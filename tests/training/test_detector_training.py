@@ -5,6 +5,7 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="torch is not installed: pip install 'pavemark[train]'")
 
+from pavemark.errors import InputError  # noqa: E402
 from pavemark.training.detectors import training  # noqa: E402
 from pavemark.training.detectors.lessons import Lesson  # noqa: E402
 from pavemark.training.detectors.network import Points, activated, point_losses, targets  # noqa: E402
@@ -75,7 +76,7 @@ def test_it_goes_on_after_a_cut(tmp_path, monkeypatch):
     assert steps == [] and weights(again) == weights(whole)
 
 
-def test_a_state_of_other_images_is_not_taken_up(tmp_path, monkeypatch):
+def test_a_state_of_other_images_is_not_taken_up_nor_lost(tmp_path, monkeypatch):
     monkeypatch.setattr(training, "EVERY", 2)
 
     def until(step, told):
@@ -85,9 +86,13 @@ def test_a_state_of_other_images_is_not_taken_up(tmp_path, monkeypatch):
     options = {"batch": 2, "state": tmp_path / "state"}
     with pytest.raises(Cut):
         train_detector("dmpr", [crosses(4)], 4, 0, data="one", tell=until, **options)
+    before = options["state"].read_bytes()
+    with pytest.raises(InputError, match=r"state: a training with other options, .* was stopped at step 2: remove it"):
+        train_detector("dmpr", [crosses(4)], 4, 0, data="other", **options)
+    assert options["state"].read_bytes() == before
     steps = []
-    train_detector("dmpr", [crosses(4)], 4, 0, data="other", tell=lambda step, told: steps.append(step), **options)
-    assert steps == [1, 2, 3, 4]
+    train_detector("dmpr", [crosses(4)], 4, 0, data="one", tell=lambda step, told: steps.append(step), **options)
+    assert steps == [3, 4]
 
 
 def test_it_learns_where_points_lie_and_point():

@@ -18,7 +18,7 @@ from pavemark import files
 from pavemark.cli.words import File, Folder, Number
 from pavemark.detect.example import Example
 from pavemark.detect.learned import opened
-from pavemark.detect.reading import count, examples, hold_within, of_both
+from pavemark.detect.reading import count, examples, hold_labelled, of_both
 from pavemark.errors import InputError, one_line
 from pavemark.evaluate.bootstrap import DRAWS, LEVEL
 from pavemark.evaluate.curve import best_threshold
@@ -197,7 +197,7 @@ class _Judge:
 
     def _told(self, dataset: Path) -> Iterator[Example]:
         for example in examples(dataset, self.height):
-            hold_within(example)
+            hold_labelled(example)
             yield example
             self.progress.step(False)
 

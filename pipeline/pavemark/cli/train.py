@@ -16,7 +16,7 @@ from pavemark import files
 from pavemark.background import cache
 from pavemark.cli.words import LAST_SEED, File, Folder, Number
 from pavemark.detect.example import Example
-from pavemark.detect.reading import examples, hold_within
+from pavemark.detect.reading import examples, hold_labelled
 from pavemark.errors import InputError
 from pavemark.system import cores, replace
 from pavemark.training.pool import drawn
@@ -194,13 +194,19 @@ def detector(
 
 
 def _whole(dataset: Path, shown: list[Example]) -> list[Example]:
-    """The images of a dataset, held before long work: each once, labelled within its picture, which is there."""
-    names: set[str] = set()
+    """The labelled images of a dataset, held before long work: each once, within its picture, which is there."""
+    known = [example for example in shown if example.known]
+    if len(known) < len(shown):
+        what = f"{len(shown) - len(known)} of {len(shown)} images show their plates' own markings painted anew"
+        if not known:
+            raise InputError(dataset, f"{what}: no label tells their points, and there is nothing to learn from")
+        click.echo(f"left out: {dataset}: {what}: no label tells their points", err=True)
+    shown, names = known, set()
     for example in shown:
         if example.name in names:
             raise InputError(dataset, f"{example.name}: is listed twice: once is allowed")
         names.add(example.name)
-        hold_within(example)
+        hold_labelled(example)
     missing = [example.image for example in shown if not example.image.is_file()]
     if missing:
         raise InputError(missing[0], f"is missing, the first of {len(missing)} of the {len(shown)} images of {dataset}")

@@ -34,6 +34,8 @@ class Example:
         What images are sorted by: "plate" (the real image it was painted on), "domain" (effects that not every
         image has), "kind" (of its slots, or "original" where its plate's own markings were painted anew), "place",
         "scene", "side". What is not known is not there.
+    known : bool
+        Whether every marking point in the picture is labelled: not where its plate's own markings were painted anew.
     """
 
     name: str
@@ -44,3 +46,4 @@ class Example:
     l_shaped: np.ndarray | None
     slots: np.ndarray | None
     groups: dict[str, str] = attrs.field(factory=dict)
+    known: bool = True

@@ -53,7 +53,11 @@ class Learned:
         """Width and height that the grid covers, in pixels of the image."""
         ratio = self._ratio(frame)
         rows, columns = self._cells(frame)
-        return columns * self.stride * ratio[0], rows * self.stride * ratio[1]
+        # By rounding it could be a hair less than the image, and points on its border would lie outside.
+        return (
+            max(float(frame.width), columns * self.stride * ratio[0]),
+            max(float(frame.height), rows * self.stride * ratio[1]),
+        )
 
     def grid(self, image: np.ndarray, frame: Frame) -> np.ndarray:
         """What is said of each cell: (R, C, 3) float64, confidence and place.

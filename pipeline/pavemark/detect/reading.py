@@ -5,9 +5,12 @@ from __future__ import annotations
 import json
 import math
 import os
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -22,6 +25,9 @@ SELECTION = "selection.json"
 
 MANIFEST = "manifest.jsonl"
 LISTED = "labels.jsonl"
+
+AT_A_TIME = 16
+"""Images whose labels are read at a time: a drive far off answers late, but many questions at once."""
 
 OPTIONAL = ("curvature", "relief", "shadows", "wet", "glare", "brightness", "noise")
 """Effects that tell the domain of an image; the others are in every image, or in the plate."""
@@ -50,8 +56,8 @@ def examples(
     Yields
     ------
     Example
-        `name` is the path of its image in the dataset without suffix. No picture is opened, and no more than one line
-        is held.
+        `name` is the path of its image in the dataset without suffix. No picture is opened, and no more than
+        AT_A_TIME lines are held.
 
     Raises
     ------
@@ -172,23 +178,48 @@ def _made(folder: Path, manifest: Path, only: Callable[[int, str], bool]) -> Ite
     formats = told.get("formats", [])
     if "dmpr" not in formats:
         raise InputError(record, f'formats = {formats}: "dmpr" among them is needed, for marking points and slots')
-    for row, (number, line) in enumerate(_lines(manifest)):
-        name = _image_of(line, manifest, number)
-        if not only(row, _name(name)):
-            continue
-        stem = PurePosixPath(name).stem
-        points, directions, l_shaped, slots = _dmpr(folder / "labels" / "dmpr" / f"{stem}.json")
-        frame, groups = _scene(folder / "scenes" / f"{stem}.json")
-        yield Example(
-            name=_name(name),
-            image=folder / name,
-            frame=frame,
-            points=points,
-            directions=directions,
-            l_shaped=l_shaped,
-            slots=slots,
-            groups={"plate": str(line.get("input", "")), **groups},
-        )
+
+    def wanted() -> Iterator[Callable[[], Example]]:
+        try:
+            for row, (number, line) in enumerate(_lines(manifest)):
+                name = _image_of(line, manifest, number)
+                if only(row, _name(name)):
+                    yield partial(_example, folder, name, line)
+        except InputError as fault:
+            # It is told in its turn: what comes before it in the list is read.
+            yield partial(_refuse, fault)
+
+    with ThreadPoolExecutor(AT_A_TIME) as crew:
+        ahead = deque()
+        for each in wanted():
+            ahead.append(crew.submit(each))
+            if len(ahead) > AT_A_TIME:
+                yield ahead.popleft().result()
+        while ahead:
+            yield ahead.popleft().result()
+
+
+def _refuse(fault: InputError) -> NoReturn:
+    raise fault
+
+
+def _example(folder: Path, name: str, line: dict[str, Any]) -> Example:
+    """An image that Pavemark made, by its name and its line of the manifest."""
+    stem = PurePosixPath(name).stem
+    points, directions, l_shaped, slots = _dmpr(folder / "labels" / "dmpr" / f"{stem}.json")
+    frame, groups = _scene(folder / "scenes" / f"{stem}.json")
+    return Example(
+        name=_name(name),
+        image=folder / name,
+        frame=frame,
+        points=points,
+        directions=directions,
+        l_shaped=l_shaped,
+        slots=slots,
+        groups={"plate": str(line.get("input", "")), **groups},
+        # The real image may tell its marking points, but no label of this one does.
+        known="original" not in groups["kind"].split("+"),
+    )
 
 
 def _name(image: str) -> str:
@@ -278,14 +309,16 @@ def _listed(dataset: Path, height: float | None) -> Iterator[Example]:
         )
 
 
-def hold_within(example: Example) -> None:
-    """Hold that the labelled points lie in the picture: those of a dataset of ours may have been written by others.
+def hold_labelled(example: Example) -> None:
+    """Hold that the marking points of an image are labelled, and within the picture: others may have written there.
 
     Raises
     ------
     InputError
-        When one lies outside.
+        When one lies outside, or none is known.
     """
+    if not example.known:
+        raise InputError(example.image, "shows its plate's own markings painted anew: no label tells their points")
     _hold_within(example.points, example.frame, f"labels of {example.image}")
 
 

@@ -14,7 +14,7 @@ from pavemark.detect.reading import LISTED, SELECTION, source
 from pavemark.errors import InputError
 from pavemark.records import read_json
 
-_GROWS = {"count", "images", "masks", "plates"}
+GROWS = {"count", "images", "masks", "plates", "calibration"}
 """What may differ in the record of one job: how many images it has, and where its inputs lie."""
 
 
@@ -31,7 +31,7 @@ def dataset_hash(dataset: Path) -> str:
         told = read_json(folder / "job.json")
         if not isinstance(told, dict):
             raise InputError(folder / "job.json", "is not the record of a job")
-        return _hash(json.dumps({name: told[name] for name in told if name not in _GROWS}, sort_keys=True).encode())
+        return _hash(json.dumps({name: told[name] for name in told if name not in GROWS}, sort_keys=True).encode())
     if not (folder / LISTED).exists():
         raise InputError(folder, "is no dataset: a folder that pavemark render or select wrote is allowed")
     return _hash(_read(folder / LISTED).split(b"\n", 1)[0].strip())
@@ -44,10 +44,11 @@ def selection_hash(dataset: Path) -> str:
 
 
 def mark(example: Example) -> bytes:
-    """Of the labels that an image is scored against, and of the size of its file: 16 bytes."""
+    """Of the labels that an image is scored against, what it is sorted by, and the size of its file: 16 bytes."""
     # A name that is not UTF-8 is none to those who read pictures: they tell.
     told = hashlib.sha256(f"{example.name}\n{example.frame}\n".encode(errors="surrogatepass"))
     told.update(np.ascontiguousarray(example.points, "<f8").tobytes())
+    told.update(json.dumps(example.groups, sort_keys=True).encode())
     with contextlib.suppress(OSError):  # what cannot be read is told when it is scored
         told.update(str(example.image.stat().st_size).encode())
     return told.digest()[:16]

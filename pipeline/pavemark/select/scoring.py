@@ -116,7 +116,7 @@ def score(
     with watcher.of(max(0, images - before)), _threads(workers) as pool:
         for number, span in _spans(_of(dataset, height, mine), mine):
             here = {row.mark: row for row in kept.rows(number)}
-            marks = [mark(example) for example in span]
+            marks = list(pool(mark, span))
             missing = [example for example, each in zip(span, marks, strict=True) if each not in here]
             fresh: dict[str, Row] = {}
             for example, result in zip(missing, pool(judge.row, missing), strict=True):
@@ -140,10 +140,14 @@ def score(
     return Outcome(images, made, lacking)
 
 
+def versions() -> dict[str, str]:
+    """Of the libraries that scores depend on: scores by others are not mixed with these."""
+    told = {"pavemark": __version__, "numpy": np.__version__, "opencv": cv2.__version__}
+    return told | {"onnxruntime": importlib.metadata.version("onnxruntime")}
+
+
 def _origin(dataset: Path, detector: Detector) -> Origin:
-    versions = {"pavemark": __version__, "numpy": np.__version__, "opencv": cv2.__version__}
-    versions["onnxruntime"] = importlib.metadata.version("onnxruntime")
-    return Origin(detector.version, detector.family, dataset_hash(dataset), selection_hash(dataset), versions)
+    return Origin(detector.version, detector.family, dataset_hash(dataset), selection_hash(dataset), versions())
 
 
 @attrs.frozen
@@ -199,6 +203,7 @@ class _Judge:
         if not hasattr(self.own, "detector"):
             self.own.detector = self.opened()
         try:
+            reading.hold_labelled(example)
             picture = reading.picture(example)
         except InputError as error:
             return error

@@ -10,7 +10,7 @@ from typing import Any
 import attrs
 
 from pavemark import __version__, files
-from pavemark.detect.reading import MANIFEST, SELECTION, examples, manifest, picture, source
+from pavemark.detect.reading import MANIFEST, SELECTION, examples, hold_labelled, manifest, picture, source
 from pavemark.errors import InputError
 from pavemark.records import read_json
 from pavemark.select import report, scores
@@ -105,7 +105,7 @@ def select(
 
 
 def unreadable(dataset: Path, scored: Sequence[Scores]) -> dict[str, InputError]:
-    """Images of a dataset that lack a score and cannot have one, for their pictures cannot be read.
+    """Images of a dataset that lack a score and cannot have one, by their pictures or labels.
 
     Parameters
     ----------
@@ -131,6 +131,7 @@ def unreadable(dataset: Path, scored: Sequence[Scores]) -> dict[str, InputError]
     found: dict[str, InputError] = {}
     for example in examples(dataset, only=lambda _, name: name in lacking) if lacking else ():
         try:
+            hold_labelled(example)
             picture(example)
         except InputError as error:
             found[example.name] = error

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import attrs
 
-from pavemark import files
+from pavemark import __version__, files
 from pavemark.detect.example import Example
 from pavemark.detect.learned import opened
 from pavemark.errors import InputError
@@ -18,7 +18,7 @@ from pavemark.job.progress import shown
 from pavemark.records import read_json
 from pavemark.select import scores as scored
 from pavemark.select.scores import Scores
-from pavemark.select.scoring import score
+from pavemark.select.scoring import score, versions
 from pavemark.study import pools, runs
 from pavemark.study.design import ALL, LEARNABLE, LEARNER, Row, Study
 from pavemark.study.judging import Verdict, judge
@@ -86,7 +86,7 @@ def conduct(study: Study, folder: Path, workers: int, tell: Tell, only_told: boo
         raise InputError(folder, f"has no detector of {study.judge!r}, which judges: without --told it is trained")
     _train(trial, folder, workers, tell)
     wanted = sorted({pool for row in study.rows if row.strategy != ALL for pool in row.pools})
-    data = attrs.evolve(data, scores=_scores(wanted, made, runs.model(trial[0].runs[0], folder), folder, tell))
+    data = attrs.evolve(data, scores=_scores(wanted, made, trial[0], folder, workers, tell))
     rows = study.rows
     learner = [row for row in rows if row.strategy == LEARNABLE or row.scored_by == LEARNER]
     # Whoever has learned from as many images at random is who has yet to learn.
@@ -97,7 +97,7 @@ def conduct(study: Study, folder: Path, workers: int, tell: Tell, only_told: boo
     if learner:
         _train(trial, folder, workers, tell)
         of = sorted({pool for row in learner for pool in row.pools})
-        data = attrs.evolve(data, learner=_scores(of, made, runs.model(trial[0].runs[0], folder), folder, tell))
+        data = attrs.evolve(data, learner=_scores(of, made, trial[0], folder, workers, tell))
     wanted_trials = trials(study, rows, data)
     if only_told:
         wanted_trials = [trial for trial in wanted_trials if _trained(trial, folder)]
@@ -136,12 +136,16 @@ def _train(wanted: Sequence[Trial], folder: Path, workers: int, tell: Tell) -> N
     train_all(of_each, folder, workers, tell)
 
 
-def _scores(wanted: Sequence[str], made: dict[str, Path], model: Path, folder: Path, tell: Tell) -> dict[str, Scores]:
-    found = {}
+def _scores(
+    wanted: Sequence[str], made: dict[str, Path], trial: Trial, folder: Path, workers: int, tell: Tell
+) -> dict[str, Scores]:
+    """Of each pool, by the detector of a row."""
+    found, model = {}, runs.model(trial.runs[0], folder)
+    by = hashlib.sha256(json.dumps(versions(), sort_keys=True).encode()).hexdigest()[:8]
     for pool in wanted:
-        out = folder / "scores" / model.stem / pool
+        out = folder / "scores" / f"{model.stem}-{by}" / pool
         tell(f"scores of {pool}")
-        score(made[pool], lambda: opened(model), out, shown(True))
+        score(made[pool], lambda: opened(model), out, shown(True), workers)
         found[pool] = scored.read(out)
     return found
 
@@ -165,6 +169,7 @@ def _verdicts(study: Study, trial: Trial, parts: dict[str, list[Example]], folde
 def _judged_by(models: Sequence[Path], parts: dict[str, list[Example]], tolerance: float) -> str:
     """Hash of the detectors and of all that they are judged by."""
     told = {
+        "pavemark": __version__,
         "models": [model.stem for model in models],
         "tolerance": tolerance,
         **{part: runs.digest(parts[part]) for part in ("validation", "test")},

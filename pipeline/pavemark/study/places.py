@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from pavemark import files
+from pavemark.background.reading import read_image
 from pavemark.detect.example import Example
 from pavemark.detect.reading import examples, picture
 from pavemark.errors import InputError
@@ -60,12 +61,12 @@ def write_views(real: Sequence[Example], frame: tuple[int, int], folder: Path) -
     frame : tuple of int
         Width and height, pixels.
     folder : Path
-        Where those that are not there yet go, PNG.
+        Where those that are not there yet go, PNG. What was made of the others may be painted on already.
 
     Raises
     ------
     InputError
-        When two have one name, or one cannot be read.
+        When two have one name, one cannot be read, or what is there was another picture.
     """
     names: set[str] = set()
     for example in real:
@@ -74,9 +75,10 @@ def write_views(real: Sequence[Example], frame: tuple[int, int], folder: Path) -
             raise InputError(example.image, "has the name of another image: one image a name is allowed")
         names.add(called)
         path = folder / f"{called}.png"
-        if path.exists():
-            continue
         pixels = picture(example)
         if pixels.shape[1::-1] != frame:
             pixels = cv2.resize(pixels, frame, interpolation=cv2.INTER_AREA)
-        files.write(path, files.png(pixels))
+        if not path.exists():
+            files.write(path, files.png(pixels))
+        elif not np.array_equal(read_image(path), pixels):
+            raise InputError(path, f"shows another picture than {example.image} in this size does: use another folder")

@@ -122,7 +122,7 @@ def learnt_from(pool: Path, train: Sequence[Example]) -> list[Example]:
         if example.groups["kind"] == "original":
             scene = from_json(Scene, pool / "scenes" / f"{example.image.stem}.json")
             evolved = attrs.evolve(
-                evolved, points=_own_points(real[plate], scene), directions=None, l_shaped=None, slots=None
+                evolved, points=_own_points(real[plate], scene), directions=None, l_shaped=None, slots=None, known=True
             )
         found.append(evolved)
     return found

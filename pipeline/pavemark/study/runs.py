@@ -65,10 +65,10 @@ class Run:
 
 def model(run: Run, folder: Path) -> Path:
     """Where the detector of a run lies."""
-    return folder / "models" / f"{run.key()}.onnx"
+    return _path(run.key(), folder)
 
 
-def train(run: Run, folder: Path) -> Path:
+def train(run: Run, folder: Path, key: str | None = None) -> Path:
     """Train the detector of a run, unless it is there, and those that it starts from.
 
     Parameters
@@ -76,6 +76,8 @@ def train(run: Run, folder: Path) -> Path:
     run : Run
     folder : Path
         Of the study.
+    key : str or None
+        Of the run, where it is known: else every picture is read for it.
 
     Returns
     -------
@@ -87,7 +89,7 @@ def train(run: Run, folder: Path) -> Path:
     InputError
         When torch is missing, or a picture cannot be read.
     """
-    path = model(run, folder)
+    path = _path(key or run.key(), folder)
     weights = path.with_suffix(".pt")
     if path.exists() and weights.exists():
         return path
@@ -106,9 +108,14 @@ def train(run: Run, folder: Path) -> Path:
     return path
 
 
+def _path(key: str, folder: Path) -> Path:
+    return folder / "models" / f"{key}.onnx"
+
+
 def digest(examples: Iterable[Example]) -> str:
-    """Hash of pictures and labels: what was judged by others has another."""
-    return hashlib.sha256(json.dumps([content(example) for example in examples]).encode()).hexdigest()[:32]
+    """Hash of pictures, labels and places: what was judged by others has another."""
+    told = [[*content(example), example.groups] for example in examples]
+    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:32]
 
 
 def content(example: Example) -> list:

@@ -12,7 +12,7 @@ import attrs
 from pavemark import __version__, files
 from pavemark.detect.example import Example
 from pavemark.detect.learned import opened
-from pavemark.detect.reading import examples, manifest, of_both
+from pavemark.detect.reading import examples, hold_labelled, manifest, of_both
 from pavemark.errors import InputError
 from pavemark.evaluate.matching import TOLERANCE
 from pavemark.records import read_json
@@ -152,6 +152,8 @@ def _order(wanted: Sweep, tell: Tell) -> list[Example]:
 
 def _hold_of_use(validation: Sequence[Example], test: Sequence[Example], wanted: Sweep) -> None:
     """Hold that there is something to find, and that no image that figures are of chooses the confidence."""
+    for example in (*validation, *test):
+        hold_labelled(example)
     for option, part in (("--validation", validation), ("--test", test)):
         if not any(len(example.points) for example in part):
             where = getattr(wanted, option.removeprefix("--"))

@@ -15,7 +15,8 @@ def tables(verdicts: Sequence[Verdict], judge: str) -> str:
 
     In % on the test places, the mean over the seeds and ± their standard deviation: precision, recall and F1 at the
     confidence that is best on the validation places; average precision; the precision where the recall is that of the
-    row called `judge`, whatever the confidence; for each test place F1. The last column is what the paper reports.
+    row called `judge`, whatever the confidence, – where a seed never comes so far; for each test place F1. The last
+    column is what the paper reports.
     """
     recall = statistics.mean(verdict.figures["test"]["recall"] for verdict in verdicts if verdict.name == judge)
     headings: dict[str, dict[str, list[Verdict]]] = {}
@@ -24,11 +25,11 @@ def tables(verdicts: Sequence[Verdict], judge: str) -> str:
     return "\n".join(f"## {heading}\n\n{_table(rows, judge, recall)}" for heading, rows in headings.items())
 
 
-def precision_at(curve: Mapping[str, Sequence[float | None]], recall: float) -> float:
-    """The best precision of a curve, as JSON holds it, where its recall is at least so much; 0 where it never is."""
+def precision_at(curve: Mapping[str, Sequence[float | None]], recall: float) -> float | None:
+    """The best precision of a curve, as JSON holds it, where its recall is at least so much; None where it never is."""
     pairs = zip(curve["precision"], curve["recall"], strict=True)
     return max(
-        (precision for precision, there in pairs if None not in (precision, there) and there >= recall), default=0.0
+        (precision for precision, there in pairs if None not in (precision, there) and there >= recall), default=None
     )
 
 
@@ -52,7 +53,9 @@ def _table(rows: dict[str, list[Verdict]], judge: str, recall: float) -> str:
         counts = [str(verdicts[0].real), str(verdicts[0].synthetic), str(len(verdicts))]
         overall = [spread([verdict.figures["test"][figure] for verdict in verdicts]) for figure in FIGURES]
         each = [spread([verdict.figures["places"][place]["f1"] for verdict in verdicts]) for place in places]
-        alike = spread([precision_at(verdict.figures["curve"], recall) for verdict in verdicts])
+        reached = [precision_at(verdict.figures["curve"], recall) for verdict in verdicts]
+        # A mean over the seeds that come so far would flatter the row.
+        alike = "–" if None in reached else spread(reached)
         lines.append([name, *counts, *overall, alike, *each, verdicts[0].row.paper])
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 

@@ -48,17 +48,18 @@ def train_all(wanted: Iterable[tuple[str, Run]], folder: Path, workers: int, tel
     starts = {run.start.key(): (called, run.start) for called, run in lacking.values() if run.start is not None}
     for batch in (starts, lacking):
         if batch:
-            _train(list(batch.values()), folder, workers, tell)
+            _train(batch, folder, workers, tell)
 
 
-def _train(wanted: list[tuple[str, Run]], folder: Path, workers: int, tell: Tell) -> None:
+def _train(wanted: dict[str, tuple[str, Run]], folder: Path, workers: int, tell: Tell) -> None:
     context = multiprocessing.get_context("spawn")
     files.sweep(folder / "models")
     with ProcessPoolExecutor(min(workers, len(wanted)), mp_context=context, initializer=_led) as pool:
         try:
             # Ctrl-C in a terminal goes to all that run in it: here alone it is decided when a process ends.
             with system.uninterrupted():
-                tasks = {pool.submit(runs.train, run, folder): called for called, run in wanted}
+                # To tell a key each picture is read: once is enough.
+                tasks = {pool.submit(runs.train, run, folder, key): called for key, (called, run) in wanted.items()}
             for number, task in enumerate(as_completed(tasks), 1):
                 task.result()
                 tell(f"trained {number}/{len(tasks)}: {tasks[task]}")

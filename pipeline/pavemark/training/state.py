@@ -23,29 +23,37 @@ def keep(path: Path, parts: Mapping[str, Any], job: Sequence, step: int) -> None
     """
     stream = io.BytesIO()
     states = {name: part.state_dict() for name, part in parts.items()}
-    torch.save({"job": list(job), "step": step, "states": states}, stream)
+    torch.save({"job": _job(job), "step": step, "states": states}, stream)
     write(path, stream.getvalue())
 
 
 def taken_up(path: Path, parts: Mapping[str, Any], job: Sequence) -> int:
-    """The step that a job has come to, its parts put into their states; 0 where no state of it is kept.
+    """The step that a job has come to, its parts put into their states; 0 where no state is kept.
 
     Raises
     ------
     InputError
-        When the file is damaged.
+        When the file is damaged, or is of another job: hours of work are not written over.
     """
     if not path.exists():
         return 0
     try:
         kept = torch.load(path, weights_only=True)
-        if kept["job"] != list(job):
-            return 0
-        for name, part in parts.items():
-            part.load_state_dict(kept["states"][name])
-        return kept["step"]
+        alike, step = kept["job"] == _job(job), kept["step"]
+        if alike:
+            for name, part in parts.items():
+                part.load_state_dict(kept["states"][name])
     except Exception:  # what torch raises for a file that is none is not told anywhere
         raise InputError(path, "is no whole state of a training: remove it, and it begins anew") from None
+    if not alike:
+        what = "with other options, of other images or by another version of torch"
+        raise InputError(path, f"a training {what} was stopped at step {step}: remove it, or use another --out")
+    return step
+
+
+def _job(job: Sequence) -> list:
+    """What a state is of: another version of torch gives other last bits."""
+    return [str(torch.__version__), *job]
 
 
 def hold_finite(loss: float, step: int) -> None:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pavemark.detect.example import Example
 from pavemark.detect.reading import picture
 from pavemark.detect.scaling import size_at
+from pavemark.errors import InputError
 from pavemark.training.detectors.lessons import Lesson, at_scale
 
 MEMORY = 2 * 10**9
@@ -65,9 +66,21 @@ def largest(examples: Sequence[Example], pixels_per_metre: float, stride: int) -
 
 
 def digest(examples: Sequence[Example]) -> str:
-    """A hash of names, sizes and labels: what tells datasets apart."""
+    """A hash of names, labels and sizes, of files too: what tells datasets apart.
+
+    Raises
+    ------
+    InputError
+        When a picture is not there.
+    """
     told = hashlib.sha256()
     for example in examples:
-        frame, points = example.frame, example.points.tolist()
-        told.update(json.dumps([example.name, frame.width, frame.height, frame.scale, points]).encode())
+        frame = example.frame
+        labels = (example.points, example.directions, example.l_shaped, example.slots)
+        known = [None if each is None else each.tolist() for each in labels]
+        told.update(json.dumps([example.name, frame.width, frame.height, frame.scale, *known]).encode())
+        try:
+            told.update(str(example.image.stat().st_size).encode())
+        except OSError as error:
+            raise InputError(example.image, f"cannot be read: {error.strerror}") from None
     return told.hexdigest()

@@ -111,7 +111,9 @@ def train_detector(
 
     averaged = torch.optim.swa_utils.AveragedModel(network, avg_fn=average, use_buffers=True)
     optimiser = torch.optim.AdamW(network.parameters(), lr=rate, weight_decay=DECAY)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, rate, total_steps=steps + 1, pct_start=0.1)
+    # A tenth of ten steps is one, between whose beginning and end torch divides by nought.
+    rise = 0.11 if steps == 9 else 0.1
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, rate, total_steps=steps + 1, pct_start=rise)
     parts = {"network": network, "averaged": averaged, "optimiser": optimiser, "schedule": schedule}
     job = [family, steps, seed, batch, rate, data, *map(len, sets)]
     first = 0 if state is None else taken_up(state, parts, job)
