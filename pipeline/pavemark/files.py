@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
 import socket
 import tempfile
@@ -73,10 +74,17 @@ def writable(folder: Path) -> None:
         raise InputError(folder, f"cannot be written: {there}: {error.strerror}") from None
 
 
+LONG = 100
+"""Bytes of a name beyond which what is written aside is called by its hash: a file system takes 255 with all of it."""
+
+
 def aside(path: Path) -> Path:
     """Where this process writes what is to become `path`, or to be read back once and removed."""
     # Host and process: shards on several machines, containers above all, share process ids and write into one folder.
-    return path.with_name(f".{path.name}.{_HOST}.{os.getpid()}.part")
+    name = path.name
+    if len(os.fsencode(name)) > LONG:
+        name = hashlib.sha256(os.fsencode(name)).hexdigest()[:32]
+    return path.with_name(f".{name}.{_HOST}.{os.getpid()}.part")
 
 
 def sweep(folder: Path) -> None:

@@ -238,6 +238,8 @@ def test_what_others_have_cleaned_is_not_left_out_in_silence(folders, accuracy):
     for words, told in (
         (("--cleaned", f"x={empty}"), "--cleaned: says nothing to --stage inpaint"),
         ((*stages, "--cleaned", f"x={empty}", "--cleaned", f"x={folders}"), "--cleaned: x is given twice"),
+        ((*stages, "--cleaned", f"before={empty}"), "--cleaned: before is what a row of our own is called"),
+        ((*stages, "--cleaned", f"patchmatch={empty}"), "--cleaned: patchmatch is what a row of our own is called"),
         ((*stages, "--cleaned", f"x={empty}"), f"{empty}: has no image that is called as one of those judged (x)"),
         ((*stages, "--cleaned", f"x={folders / 'nowhere'}"), f"{folders / 'nowhere'}: "),
     ):

@@ -1,5 +1,6 @@
 from contextlib import contextmanager
 
+import attrs
 import numpy as np
 import pytest
 
@@ -56,6 +57,23 @@ def test_a_case_for_each_image_and_the_bare_one_borrows(sample):
         assert not case.hole.mask[:, 95:].any()
         assert not case.beside[:, 95:].any()
         assert not (case.beside & case.hole.mask).any()
+
+
+def test_images_without_a_marking_are_asked_once_for_one(sample, monkeypatch):
+    """Not by each of the others again: of thousands without one, that would be millions of questions."""
+    asked = []
+
+    def bare(self, entry):
+        asked.append(entry.name)
+        return attrs.evolve(plate, markings=np.zeros_like(plate.markings))
+
+    plate = sample.plate(sample.entries[0])
+    many = attrs.evolve(sample, entries=sample.entries * 10)
+    monkeypatch.setattr(Sample, "plate", bare)
+    lines = []
+    assert list(cases(many, lines.append)) == [None] * 30
+    assert len(lines) == 30 and all("neither it nor any other image has a marking" in line for line in lines)
+    assert len(asked) <= 2 * 30
 
 
 def test_one_bad_image_is_told_of_and_the_others_are_judged(folders, sample):

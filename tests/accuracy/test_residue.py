@@ -119,3 +119,9 @@ def test_what_cannot_be_measured_is_not():
     assert measured(image(BARE), before=image(BARE)) is None
     assert measured(image(BARE), marking=np.zeros_like(MARKING)) is None
     assert measured(image(BARE), ground=around(MARKING, FRAME)) is None
+
+
+def test_ground_without_any_texture_tells_no_share_of_it():
+    flat = np.full((240, 240, 3), 120, np.uint8)
+    found = residue(np.where(MARKING[..., None], np.uint8(255), flat), flat, MARKING, GROUND, FRAME)
+    assert found.left == 0.0 and np.isnan(found.texture) and np.isnan(found.z)

@@ -551,6 +551,50 @@ def test_a_worker_that_dies_takes_nothing_with_it(inputs, tmp_path, capfd):
     assert "Traceback" in (out / "errors.log").read_text()
 
 
+def test_what_failed_has_no_plate_of_what_it_was_before(inputs, tmp_path, said, capfd):
+    """The image changes, of another size, and the worker dies of it: the sheet and the rows tell of the others."""
+    home, out = tmp_path / "home", tmp_path / "out"
+    for kind in ("images", "masks"):
+        shutil.copytree(inputs / kind, home / kind)
+        shutil.copy(home / kind / "a.png", home / kind / "deadly.png")
+    assert said(*command(home, out))[0] == 0
+    for kind in ("images", "masks"):
+        cv2.imwrite(str(home / kind / "deadly.png"), cv2.copyMakeBorder(read(home / kind / "a.png"), 9, 9, 9, 9, 2))
+    assert in_trouble(home, out) == 1
+    assert "deadly.png failed: " in capfd.readouterr().err
+    kept = rows(out)
+    assert kept["deadly"] == {"name": "deadly", "refused": "failed: its worker was killed by signal 9"}
+    assert "sha256" in kept["a"]
+    code, told, wrong = said(*command(home, out))
+    assert (code, wrong) == (0, "") and "1 of them made now" in told
+    assert "sha256" in rows(out)["deadly"] and read(out / "plates/deadly.png").shape[0] == 64 + 18
+
+
+def test_stopped_after_a_refusal_it_does_not_say_that_none_can_be_used(crowd, tmp_path):
+    home, _ = crowd
+    shutil.copytree(home, tmp_path / "home")
+    (tmp_path / "home/images/0-first.png").write_bytes(b"no picture")
+    shutil.copy(home / "masks/00.png", tmp_path / "home/masks/0-first.png")
+    run = start(*command(tmp_path / "home", tmp_path / "out"), PAVEMARK_CACHE=str(tmp_path / "cache"))
+    line = run.stderr.readline()
+    os.killpg(run.pid, signal.SIGINT)
+    told, _ = run.communicate(timeout=30)
+    assert line.startswith("refused: ") and run.returncode == 130 and "the same command goes on" in told
+
+
+def test_links_that_lead_nowhere_and_the_longest_names(inputs, tmp_path, said):
+    home = tmp_path / "home"
+    for kind in ("images", "masks"):
+        (home / kind).mkdir(parents=True)
+        shutil.copy(inputs / kind / "a.png", home / kind / f"{'停' * 81}.png")
+    (home / "images/away.png").symlink_to("/nowhere/away.png")
+    (home / "masks/away.png").symlink_to("/nowhere/away.png")
+    code, told, wrong = said(*command(home, tmp_path / "out"))
+    assert code == 1 and "1 of 2 plates" in told
+    assert wrong.startswith(f"refused: {home}/images/away.png: ") and wrong.count("\n") == 1
+    assert [path.stem for path in files(tmp_path / "out")] == ["停" * 81] * 3
+
+
 def test_killed_while_plates_are_made_anew_it_goes_on_to_the_same_bytes(inputs, tmp_path, said, capfd):
     """What was written over by then is not taken for the work of hands, and theirs is kept."""
     home, out, reference = tmp_path / "home", tmp_path / "out", tmp_path / "reference"

@@ -96,33 +96,42 @@ def cases(sample: Sample, refuse: Callable[[str], None]) -> Iterator[Case | None
     refuse : callable
         Told, in a line, of each image that makes no case: None stands in its place.
     """
+    bare: set[int] = set()
     for number in range(len(sample.entries)):
         try:
-            yield _case(sample, number)
+            yield _case(sample, number, bare)
         except InputError as error:
             refuse(str(error))
             yield None
 
 
-def _case(sample: Sample, number: int) -> Case:
+def _case(sample: Sample, number: int, bare: set[int]) -> Case:
     entry = sample.entries[number]
     plate = sample.plate(entry)
-    name, marking = _marking(sample, number, plate)
+    name, marking = _marking(sample, number, plate, bare)
     hole = self_made_hole(marking, plate.markings, plate.ground, plate.frame)
     if hole is None:
         raise InputError(entry.image, f"bare ground has no room for a hole of the shape of the marking of {name}")
     return Case(plate, hole, name)
 
 
-def _marking(sample: Sample, number: int, plate: Plate) -> tuple[str, np.ndarray]:
-    """The image's own marking, or that of the next that has some: its image's name and the mask."""
+def _marking(sample: Sample, number: int, plate: Plate, bare: set[int]) -> tuple[str, np.ndarray]:
+    """The image's own marking, or that of the next that has some: its image's name and the mask.
+
+    Those that have none to lend are added to `bare`, and not asked again.
+    """
     if plate.markings.mean() >= FEW:
         return plate.name, plate.markings
-    for other in sample.entries[number + 1 :] + sample.entries[:number]:
+    bare.add(number)
+    for other in (*range(number + 1, len(sample.entries)), *range(number)):
+        if other in bare:
+            continue
         try:
-            lender = sample.plate(other)
+            lender = sample.plate(sample.entries[other])
         except InputError:
-            continue  # it is told of in its own turn
+            bare.add(other)  # it is told of in its own turn
+            continue
         if lender.markings.mean() >= FEW:
             return lender.name, lender.markings
+        bare.add(other)
     raise InputError(sample.entries[number].image, "neither it nor any other image has a marking to make a hole of")

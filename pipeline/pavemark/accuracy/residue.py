@@ -129,6 +129,7 @@ def residue(
     noise = float(1.4826 * np.median(np.abs(bare)))
     left = float(now.mean())
     chance = np.concatenate([bare, -bare])
+    bare_texture = elsewhere.texture(new)
     return Residue(
         paint=float(np.median(strength[shows & there.points])),
         left=left,
@@ -137,7 +138,7 @@ def residue(
         z=left / noise if noise else float("nan"),
         auc=_separability(now, chance),
         rim=float(rim.mean()),
-        texture=there.texture(new) / elsewhere.texture(new),
+        texture=there.texture(new) / bare_texture if bare_texture else float("nan"),
         profile=there.profile(new, direction, frame.scale),
     )
 

@@ -101,7 +101,10 @@ def _timed(
     found, filled = ({name: [] for name in names} for names in (finders, crew.methods))
     for picture in shown:
         for name, finder in finders.items():
-            found[name].append(finder(name, picture.image, frame).seconds)
+            try:
+                found[name].append(finder(name, picture.image, frame).seconds)
+            except InputError as error:
+                watcher.tell(str(error))
         for name, answer in crew.fill(picture.image, picture.hole, picture.keep_out, watcher.tell):
             filled[name].append(answer.seconds)
         watcher.step(False)
@@ -109,7 +112,7 @@ def _timed(
         _row(frame, finder, method, found[finder], filled[method])
         for finder in finders
         for method in crew.methods
-        if filled[method]
+        if found[finder] and filled[method]
     ]
 
 

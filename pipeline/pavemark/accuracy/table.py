@@ -40,15 +40,16 @@ def spread(values: Sequence[float], digits: int) -> str:
     --------
     >>> spread([1.0, 2.0, 3.0, 4.0, float("nan"), 9.0], 1)
     '3.0 (2.0 to 4.0)'
-    >>> spread([float("nan"), 2.0], 1), spread([float("nan")], 1)
-    ('2.0', '–')
+    >>> spread([float("nan"), 2.0], 1), spread([float("nan")], 1), spread([float("inf"), float("inf"), 30.0], 1)
+    ('2.0', '–', 'inf (30.0 to inf)')
     """
     known = [value for value in values if not np.isnan(value)]
     if not known:
         return "–"
     if len(known) == 1:
         return f"{known[0]:.{digits}f}"
-    low, middle, high = np.percentile(known, (25, 50, 75))
+    # Between an infinite PSNR and another there is nothing to interpolate.
+    low, middle, high = np.percentile(known, (25, 50, 75), method="linear" if np.isfinite(known).all() else "nearest")
     return f"{middle:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
 
 

@@ -80,7 +80,12 @@ def listed(folder: Path, extensions: tuple[str, ...], what: str) -> dict[str, Pa
     folder = Path(folder)
     try:
         with os.scandir(folder) as entries:
-            names = sorted(entry.name for entry in entries if not entry.name.startswith(".") and entry.is_file())
+            # A link that leads nowhere is told of when it is read: what it led to may be on a drive that is away.
+            names = sorted(
+                entry.name
+                for entry in entries
+                if not entry.name.startswith(".") and (entry.is_file() or (entry.is_symlink() and not entry.is_dir()))
+            )
     except OSError as error:
         raise InputError(folder, f"cannot be listed: {error.strerror}; a folder of {what}s is allowed") from None
     found: dict[str, Path] = {}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import click
@@ -84,6 +84,7 @@ def accuracy(
     twice = [name for name, _ in cleaned if [other for other, _ in cleaned].count(name) > 1]
     if twice:
         raise InputError("--cleaned", f"{twice[0]} is given twice: another name is allowed")
+    _hold_other_names(name for name, _ in cleaned)
     for option, given in (("--images", options["images"]), ("--masks", options["masks"]), ("--methods", methods)):
         if given is not None and stage in (*OWN, CALIBRATION):
             raise InputError(option, f"says nothing to {asked}: {', '.join(OF_IMAGES)} or {ALL} is allowed with it")
@@ -105,10 +106,20 @@ def accuracy(
     if stage != ALL:
         made[stage] = judges[stage]()
     else:
-        made, left_out = _all(judges, runs)
+        # A stage takes minutes to hours: what is judged is written before the next begins.
+        made, left_out = _all(judges, runs, lambda made, left_out: _write(out, made, left_out))
     _write(out, made, left_out)
     runs.end(_summary(out, made, left_out))
     return INCOMPLETE if runs.lines or pictures.lines else 0
+
+
+def _hold_other_names(cleaned: Iterable[str]) -> None:
+    """Hold that none is called as a row of our own, with which its figures would be mixed."""
+    from pavemark.accuracy.traces import BEFORE  # noqa: PLC0415 - as in _judges
+
+    for name in cleaned:
+        if name in (BEFORE, *choices()):
+            raise InputError("--cleaned", f"{name} is what a row of our own is called: another name is allowed")
 
 
 def _methods(given: str | None) -> tuple[str, ...]:
@@ -175,8 +186,12 @@ def _judges(
     return own | (of_images if sample else {}) | alone
 
 
-def _all(judges: dict[str, Callable[[], Report]], watcher: _Counting) -> tuple[dict[str, Report], tuple[str, ...]]:
-    """The reports of all that can be judged, and a line for each stage that cannot."""
+def _all(
+    judges: dict[str, Callable[[], Report]],
+    watcher: _Counting,
+    keep: Callable[[dict[str, Report], tuple[str, ...]], None],
+) -> tuple[dict[str, Report], tuple[str, ...]]:
+    """The reports of all that can be judged, and a line for each stage that cannot; kept as they come."""
     made, left_out = {}, []
     for stage in (name for name in judges if name != CALIBRATION):
         try:
@@ -184,6 +199,8 @@ def _all(judges: dict[str, Callable[[], Report]], watcher: _Counting) -> tuple[d
         except InputError as error:
             left_out.append(f"{stage}: not run: {error}")
             watcher.tell(left_out[-1])
+        else:
+            keep(made, tuple(left_out))
     left_out += [f"{stage}: not run: {NO_IMAGES}" for stage in OF_IMAGES if stage not in judges]
     return made, tuple(left_out)
 

@@ -131,7 +131,7 @@ class Run:
     known: dict[str, journal.Entry] = attrs.field(init=False)
     done: dict[str, journal.Entry] = attrs.field(init=False)
     made: int = 0
-    failed: int = 0
+    failed: dict[str, str] = attrs.field(factory=dict)
     left: set[str] = attrs.field(factory=set)
     refused: dict[str, str] = attrs.field(factory=dict)
     stopped_by: int | None = None
@@ -255,7 +255,7 @@ class Run:
         else:
             log(self.out, entry.image.name, message["trace"])
             self.progress.tell(f"{entry.image} failed: {message['what']} ({self.out / LOG} has more)")
-            self.failed += 1
+            self.failed[entry.name] = f"failed: {message['what']}"
             self.progress.step(lacking=True)
 
     def _refuse(self, entry: Entry, where: str, what: str) -> None:
@@ -269,17 +269,19 @@ class Run:
         Raises
         ------
         InputError
-            When it cannot be written, or there is no plate at all.
+            When it cannot be written, or every image is refused.
         """
-        if not self.done and self.refused:
+        if not self.done and len(self.refused) == len(self.entries):
             raise InputError(self.inputs.images, f"none of its {len(self.entries)} images can be used")
         files.write_parts(self.out / ROWS, self._lines())
 
     def _lines(self) -> Iterator[bytes]:
-        names = sorted(self.done.keys() | self.refused.keys())
-        rows = journal.lines(self.done[name] for name in names if name not in self.refused)
+        # Where an image failed there may be a plate of what it was before.
+        lacking = self.refused | self.failed
+        names = sorted(self.done.keys() | lacking.keys())
+        rows = journal.lines(self.done[name] for name in names if name not in lacking)
         for name in names:
-            why = self.refused.get(name)
+            why = lacking.get(name)
             row = json.loads(next(rows)[0]) if why is None else {"name": name, "refused": why}
             yield json.dumps(row, allow_nan=False).encode() + b"\n"
 
@@ -298,7 +300,7 @@ class Run:
         InputError
             When a file of a plate that was edited cannot be used.
         """
-        missing = self.refused.keys() | self.left
+        missing = self.refused.keys() | self.failed.keys() | self.left
         there = [entry for entry in self.entries if entry.name in self.done and entry.name not in missing]
         if not there:
             return None
@@ -315,7 +317,8 @@ class Run:
 
     def summary(self, sheet: Path | None) -> str:
         """What there is now, in one line."""
-        there = sum(entry.name in self.done and entry.name not in self.refused for entry in self.entries)
+        lacking = self.refused.keys() | self.failed.keys()
+        there = sum(entry.name in self.done and entry.name not in lacking for entry in self.entries)
         told = [f"{there} of {len(self.entries)} plates in {self.out}, {self.made} of them made now"]
         if self.stopped_by is not None:
             told.append("stopped; the same command goes on from here")
@@ -324,7 +327,7 @@ class Run:
         if self.left:
             told.append(f"{len(self.left)} left as hands have mended them")
         if self.failed:
-            told.append(f"{self.failed} failed, see {self.out / LOG}")
+            told.append(f"{len(self.failed)} failed, see {self.out / LOG}")
         if gone := len(self.done.keys() - {entry.name for entry in self.entries}):
             told.append(f"{gone} more of images that are not in {self.inputs.images}")
         if sheet is not None:
