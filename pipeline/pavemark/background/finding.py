@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 from pathlib import Path
 from typing import Protocol
 
@@ -74,7 +75,7 @@ class Trained:
     @property
     def version(self) -> str:
         """See `Segmenter.version`."""
-        return f"network 5 {network().sha256}"
+        return f"network 5 {network().sha256} onnxruntime {importlib.metadata.version('onnxruntime')}"
 
     def find(self, image: np.ndarray, frame: Frame) -> Classes:
         """See `Segmenter.find`."""

@@ -24,7 +24,7 @@ from pavemark.training.pool import drawn
 VIEWS = 4000
 """Pictures to draw: the same for both networks, so that they are drawn once."""
 
-STEPS = {"segmenter": 8000, "inpainter": 5000}
+STEPS = {"segmenter": 13000, "inpainter": 5000}
 
 EVERY = 100
 """Steps between two lines where there is no terminal."""
