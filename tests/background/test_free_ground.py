@@ -86,8 +86,8 @@ def test_a_piece_counts_as_large_as_it_is_without_its_holes():
 def test_a_thing_reaches_as_far_as_ground_is_doubted_and_doubt_alone_is_no_thing():
     probability = np.full((200, 240), 0.9, np.float32)
     probability[50:150, 20:100] = 0.79  # a car's smeared body
-    probability[80:120, 40:60] = 0.29  # and its wheels
-    probability[50:150, 140:220] = 0.31  # a seam, wet ground
+    probability[80:120, 40:60] = 0.39  # and its wheels
+    probability[50:150, 140:220] = 0.41  # a seam, wet ground
     found = free_ground(probability, NOTHING, NOTHING, FRAME)
     assert not found[50:150, 20:100].any()
     assert found.sum() == found.size - 8000

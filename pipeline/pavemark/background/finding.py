@@ -75,7 +75,7 @@ class Trained:
     @property
     def version(self) -> str:
         """See `Segmenter.version`."""
-        return f"network 5 {network().sha256} onnxruntime {importlib.metadata.version('onnxruntime')}"
+        return f"network 6 {network().sha256} onnxruntime {importlib.metadata.version('onnxruntime')}"
 
     def find(self, image: np.ndarray, frame: Frame) -> Classes:
         """See `Segmenter.find`."""

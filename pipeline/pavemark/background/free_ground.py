@@ -12,7 +12,7 @@ from pavemark.background.contours import outlines, traced
 from pavemark.ground import Frame
 from pavemark.scene import Area
 
-IMPROBABLE, DOUBTED = 0.3, 0.8
+IMPROBABLE, DOUBTED = 0.4, 0.8
 """Probabilities of ground below which something stands there, and below which it may reach as far: chosen on the demo
 images, whose ground is known. One threshold either overlooks half of every car or takes a seam for a wall."""
 
