@@ -9,6 +9,7 @@ import pytest
 from commandline import gone, start, wait_until, workers_of
 from pavemark.accuracy.report import Report
 from pavemark.cli import main
+from pavemark.cli.accuracy import _all
 from pavemark.errors import InputError
 
 
@@ -255,3 +256,15 @@ def test_one_bad_image_leaves_a_report_of_the_others_and_exit_code_1(folders, ac
     assert "a.png: image is truncated or damaged" in done.err
     assert {row["image"] for row in rows(folders / "out/inpaint.csv")} == {"b", "bare"}
     assert done.out == ""
+
+
+def test_what_is_judged_is_kept_before_the_next_stage_begins():
+    """A fault, or Ctrl-C, in a later stage takes nothing of it."""
+    kept = []
+
+    def fails():
+        raise ArithmeticError
+
+    with pytest.raises(ArithmeticError):
+        _all({"first": lambda: "report", "second": fails}, None, lambda made, left_out: kept.append(dict(made)))
+    assert kept == [{"first": "report"}]
