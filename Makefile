@@ -21,7 +21,7 @@ test: setup
 # Trainings, which `make test` skips where there is no torch.
 training: setup
 	@.ci/torch
-	build/torch/bin/python -m pytest tests/training
+	build/torch/bin/python -m pytest tests/training tests/study
 
 lint: setup
 	$(python) -m ruff check .

@@ -157,7 +157,7 @@ def test_weights_to_begin_with_change_the_detector(tmp_path):
     run = Run(train[2:], 1, 0, found.training, found.scale, first)
     model, _ = lessons.learnt(run, weights, tmp_path / "b.state")
     assert model == lessons.learnt(run, weights, tmp_path / "b.state")[0]
-    assert model != lessons.learnt(run, None, tmp_path / "b.state")[0]
+    assert model != lessons.learnt(run, None, tmp_path / "c.state")[0]
 
 
 PROGRAM = """

@@ -17,13 +17,17 @@ def scores(**losses: float) -> dict[str, Scores]:
     return {"base": Scores(Path(), None, [Candidate(name, loss) for name, loss in losses.items()])}
 
 
+EASIEST = Row("easiest", pools=("base",), strategy="cfds", keep=2)
+LEARNED = attrs.evolve(EASIEST, scored_by="learner")
 DATA = Data(
     (),
     {"base": tuple(SimpleNamespace(name=f"base/{name}") for name in "abcd")},
     scores(a=0.1, b=0.2, c=0.3, d=0.4),
-    scores(a=0.4, b=0.1, c=0.3, d=0.2),
+    {
+        LEARNED.learner: scores(a=0.4, b=0.1, c=0.3, d=0.2),
+        attrs.evolve(LEARNED, keep=3).learner: scores(a=0.1, b=0.4, c=0.3, d=0.2),
+    },
 )
-EASIEST = Row("easiest", pools=("base",), strategy="cfds", keep=2)
 
 
 def chosen(row: Row) -> list[str]:
@@ -32,13 +36,22 @@ def chosen(row: Row) -> list[str]:
 
 def test_the_reference_or_the_learner_says_what_is_hard():
     assert chosen(EASIEST) == ["a", "b"]
-    assert chosen(attrs.evolve(EASIEST, scored_by="learner")) == ["b", "d"]
+    assert chosen(LEARNED) == ["b", "d"]
+
+
+def test_who_has_yet_to_learn_has_learned_from_as_many_as_are_kept():
+    assert chosen(attrs.evolve(LEARNED, keep=3)) == ["a", "d", "c"]
+    assert EASIEST.learner is None
+    learnable = attrs.evolve(EASIEST, strategy="learnable")
+    assert chosen(learnable) == ["a", "c"]  # of the easier three: 0.1 - 0.4, 0.3 - 0.3, 0.2 - 0.1
+    assert chosen(attrs.evolve(learnable, keep=3)) == ["b", "a", "c"]
+    assert (learnable.learner.strategy, learnable.learner.keep, learnable.learner.seeds) == ("random", 2, (0,))
 
 
 def test_the_hardest_are_dropped_by_who_scores():
     anything = Row("anything", pools=("base",), strategy="random", keep=3, drop_hardest=0.25)
     assert set(chosen(anything)) == {"a", "b", "c"}
-    assert set(chosen(attrs.evolve(anything, scored_by="learner"))) == {"b", "c", "d"}
+    assert set(chosen(attrs.evolve(anything, scored_by="learner"))) == {"a", "c", "d"}
 
 
 def test_more_than_there_are_is_told_with_the_row():

@@ -20,7 +20,7 @@ from pavemark.select import scores as scored
 from pavemark.select.scores import Scores
 from pavemark.select.scoring import score, versions
 from pavemark.study import pools, runs
-from pavemark.study.design import ALL, LEARNABLE, LEARNER, Row, Study
+from pavemark.study.design import ALL, Row, Study
 from pavemark.study.judging import Verdict, judge
 from pavemark.study.places import split
 from pavemark.study.rows import Data, real, synthetic
@@ -81,23 +81,22 @@ def conduct(study: Study, folder: Path, workers: int, tell: Tell, only_told: boo
         {pool: tuple(pools.learnt_from(path, parts["train"])) for pool, path in made.items()},
     )
     first = next(row for row in study.rows if row.name == study.judge)
-    trial = trials(study, [first], data)[:1]
-    if only_told and not _trained(trial[0], folder):
+    trial = trials(study, [first], data)[0]
+    if only_told and not _trained(trial, folder):
         raise InputError(folder, f"has no detector of {study.judge!r}, which judges: without --told it is trained")
-    _train(trial, folder, workers, tell)
+    _train([trial], folder, workers, tell)
     wanted = sorted({pool for row in study.rows if row.strategy != ALL for pool in row.pools})
-    data = attrs.evolve(data, scores=_scores(wanted, made, trial[0], folder, workers, tell))
+    data = attrs.evolve(data, scores=_scores(wanted, made, trial, folder, workers, tell))
     rows = study.rows
-    learner = [row for row in rows if row.strategy == LEARNABLE or row.scored_by == LEARNER]
-    # Whoever has learned from as many images at random is who has yet to learn.
-    at_random = [Row(row.name, pools=row.pools, strategy="random", keep=row.keep) for row in learner[:1]]
-    trial = trials(study, at_random, data)
-    if only_told and trial and not _trained(trial[0], folder):
-        rows, learner = tuple(row for row in rows if row not in learner), []
-    if learner:
-        _train(trial, folder, workers, tell)
-        of = sorted({pool for row in learner for pool in row.pools})
-        data = attrs.evolve(data, learner=_scores(of, made, trial[0], folder, workers, tell))
+    learning = {row.learner: trials(study, [row.learner], data)[0] for row in rows if row.learner}
+    if only_told:
+        learning = {learner: trial for learner, trial in learning.items() if _trained(trial, folder)}
+        rows = [row for row in rows if row.learner is None or row.learner in learning]
+    _train([*learning.values()], folder, workers, tell)
+    scores = {
+        learner: _scores(learner.pools, made, trial, folder, workers, tell) for learner, trial in learning.items()
+    }
+    data = attrs.evolve(data, learners=scores)
     wanted_trials = trials(study, rows, data)
     if only_told:
         wanted_trials = [trial for trial in wanted_trials if _trained(trial, folder)]

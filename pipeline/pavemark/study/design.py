@@ -133,6 +133,13 @@ class Row:
         if min(self.seeds) < 0:
             raise ValueError(f"{self.name}: seeds = {list(self.seeds)}: 0 or more is allowed")
 
+    @property
+    def learner(self) -> Row | None:
+        """Who has yet to learn, where the row goes by its losses: it has learned from as many images at random."""
+        if self.strategy == LEARNABLE or self.scored_by == LEARNER:
+            return Row(f"learner, {self.keep} at random", pools=self.pools, strategy="random", keep=self.keep)
+        return None
+
 
 @attrs.frozen
 class Study:

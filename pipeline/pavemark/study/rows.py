@@ -12,7 +12,7 @@ from pavemark.errors import InputError
 from pavemark.select.candidate import Candidate
 from pavemark.select.choice import Wanted, chosen
 from pavemark.select.scores import Scores
-from pavemark.study.design import ALL, LEARNER, Row
+from pavemark.study.design import ALL, LEARNABLE, LEARNER, Row
 from pavemark.study.places import share
 
 
@@ -28,14 +28,14 @@ class Data:
         `Example.name` begins with that of its pool.
     scores : dict of str to Scores
         Of the pools, by a detector that has learned from real images.
-    learner : dict of str to Scores
-        The same by one that has learned from synthetic images at random; empty where no row asks.
+    learners : dict of Row to dict of str to Scores
+        The same by each `Row.learner`.
     """
 
     real: tuple[Example, ...]
     pools: Mapping[str, tuple[Example, ...]]
     scores: Mapping[str, Scores] = attrs.field(factory=dict)
-    learner: Mapping[str, Scores] = attrs.field(factory=dict)
+    learners: Mapping[Row, Mapping[str, Scores]] = attrs.field(factory=dict)
 
 
 def synthetic(row: Row, data: Data, seed: int) -> list[Example]:
@@ -57,9 +57,11 @@ def synthetic(row: Row, data: Data, seed: int) -> list[Example]:
         near_duplicates=row.near_duplicates,
         cap_per_plate=row.cap_per_plate,
     )
-    scores = data.learner if row.scored_by == LEARNER else data.scores
+    scores = data.learners[row.learner] if row.scored_by == LEARNER else data.scores
     found = _candidates(row.pools, scores)
-    learner = {each.name: each.loss for each in _candidates(row.pools, data.learner)} if data.learner else None
+    learner = None
+    if row.strategy == LEARNABLE:
+        learner = {each.name: each.loss for each in _candidates(row.pools, data.learners[row.learner])}
 
     def embeddings(names: Sequence[str]) -> np.ndarray:
         return _embeddings(names, row.pools, scores)
