@@ -27,14 +27,14 @@ def test_the_best_points_come_first_and_once():
         grid(
             {
                 (1, 2): (0.9, 0.9, 0.5, 1.0, 0.0, 0.2),
-                (1, 3): (0.8, 0.1, 0.5, 1.0, 0.0, 0.2),  # once more
-                (1, 4): (0.7, 0.2, 0.5, 0.0, 1.0, 0.6),  # beside what is left out, not beside what is kept
+                (1, 3): (0.8, 0.3, 0.5, 1.0, 0.0, 0.2),  # once more
+                (1, 4): (0.7, 0.1, 0.5, 0.0, 1.0, 0.6),  # beside what is left out, not beside what is kept
                 (5, 7): (0.3, 1.0, 1.0, 0.0, -1.0, 0.0),
             }
         ),
         4,
     )
-    np.testing.assert_allclose(found.at[0, :3], [[2.9, 1.5], [4.2, 1.5], [8.0, 6.0]], rtol=1e-6)
+    np.testing.assert_allclose(found.at[0, :3], [[2.9, 1.5], [4.1, 1.5], [8.0, 6.0]], rtol=1e-6)
     np.testing.assert_allclose(found.confidence[0], [0.9, 0.7, 0.3, 0.0], rtol=1e-6)
     np.testing.assert_allclose(found.direction[0, :3], [[1, 0], [0, 1], [0, -1]])
     np.testing.assert_allclose(found.l_shaped[0, :3], [0.2, 0.6, 0.0])

@@ -22,6 +22,9 @@ from pavemark.training.detectors.network import (
 BESIDE = 0.9
 """Cells within which a point beside a more confident one is that point once more."""
 
+ROUNDS = 8
+"""Points in a row, each beside the next, up to which it is exact who of them is told once more."""
+
 UNLIKELY = -4.0
 """Logit of a pair to begin with."""
 
@@ -123,8 +126,11 @@ def best(grid: torch.Tensor, most: int, first: torch.Tensor | None = None) -> Fo
     _, cell = torch.topk(told[:, -1], 2 * most)
     told = _taken(told, cell)
     gap = told[:, :2, :, None] - told[:, :2, None]
-    again = ((gap**2).sum(1) < BESIDE**2) * torch.tril(torch.ones(2 * most, 2 * most), -1)
-    alone = (again.sum(2) == 0).to(grid)
+    beside = ((gap**2).sum(1) < BESIDE**2) * torch.tril(torch.ones(2 * most, 2 * most), -1)
+    alone = torch.ones_like(told[:, 0])
+    # Who is left out itself leaves nobody out, so that each round settles one more of a row of neighbours.
+    for _ in range(ROUNDS):
+        alone = ((beside * alone[:, None]).sum(2) == 0).to(grid)
     _, chosen = torch.topk(told[:, -1] * alone, most)
     told, alone, cell = _taken(told, chosen), torch.gather(alone, 1, chosen), torch.gather(cell, 1, chosen)
     return Found(
