@@ -5,6 +5,7 @@ import re
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import attrs
 import psutil
@@ -93,6 +94,40 @@ def test_told_before_anything_is_there_makes_nothing(tmp_path, text, said):
     with pytest.raises(InputError, match=said):
         told([], study(tmp_path, text), tmp_path / "out", only_told=True)
     assert not [*(tmp_path / "out").rglob("*")]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (ALONE + ENSEMBLE.replace("2", "5"), "rows: two: parts = 5: up to 4, its images, are allowed"),
+        (ALONE + LATER.replace("0.5", "0.1"), "rows: later: real = 0.1: is no image of 4: 0.25 and more are allowed"),
+    ],
+)
+def test_rows_without_images_are_told_before_anything_is_trained(tmp_path, text, said):
+    with pytest.raises(InputError, match=said):
+        told([], study(tmp_path, text), tmp_path / "out")
+    assert not [*(tmp_path / "out").rglob("*")]
+
+
+def test_a_place_that_tells_nothing_is_told_before_anything_is_trained(tmp_path):
+    found = study(tmp_path, ALONE)
+    labels = tmp_path / "real" / "labels.jsonl"
+    labels.write_text(re.sub(r'("east".*)\[\[11.5, 31.5\]\]', r"\1[]", labels.read_text()))
+    with pytest.raises(InputError, match="test: has no marking point"):
+        told([], found, tmp_path / "out")
+    assert not [*(tmp_path / "out").rglob("*")]
+
+
+def test_how_pictures_are_read_is_of_a_run_too(tmp_path, monkeypatch):
+    found = study(tmp_path, ALONE)
+    run = Run(tuple(split(found)["train"]), 4, 0, found.training, found.scale)
+    before = run.key()
+    monkeypatch.setattr(runs, "versions", lambda: {"opencv": "1"})
+    assert run.key() != before
+    package = Path(runs.__file__).parents[1]
+    read = {path.relative_to(package).as_posix() for where in runs.CODE for path in package.glob(where)}
+    assert {"study/lessons.py", "detect/scaling.py", "training/detectors/training.py"} < read
+    assert len(read) > len(runs.CODE)
 
 
 def test_a_changed_label_is_another_run(tmp_path):

@@ -54,6 +54,9 @@ def test_some_rows_alone(tmp_path):
         ("[pools.base]", '[pools."../base"]', "pools: '../base': the name of a folder"),
         ('pools = ["base"]', 'pools = ["base"]\nreal = 1.0\nfine_tune = true\nparts = 2', "fine_tune: with parts = 2"),
         ("batch = 2", "bach = 2", "bach"),
+        ("batch = 2", "batch = 1", "batch = 1"),
+        ("real = 1.0", "real = 1.0\nseeds = [4294967296]", "up to 4294967295"),
+        ("frame = [48, 64]", "frame = [7680, 10240]", "height = 6.4: 1600 pixels a metre"),
         ("[places]", "[places", "not a TOML file"),
     ],
 )

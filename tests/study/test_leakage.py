@@ -1,6 +1,7 @@
 """Nothing of a validation or test place is learned from: no image, and no plate."""
 
 import json
+import shutil
 
 import attrs
 import cv2
@@ -14,6 +15,7 @@ from pavemark.labels.truth import truth
 from pavemark.records import to_json
 from pavemark.scene import Area, Blend, Curvature, Marking, Paint, PlateRef, Scene, Slot
 from pavemark.study import pools
+from pavemark.study.leakage import hold_apart
 from pavemark.study.places import name, share, split, write_views
 from pavemark.study.rows import Data, real
 
@@ -46,6 +48,15 @@ def test_each_place_is_in_its_part(tmp_path):
 def test_a_place_without_images(tmp_path):
     with pytest.raises(InputError, match="place 'west' has no image: allowed east, north, south"):
         split(study(tmp_path, STUDY.replace('["east"]', '["west"]')))
+
+
+def test_a_picture_of_two_places_is_refused(tmp_path):
+    hold_apart(split(study(tmp_path / "good")))
+    parts = split(study(tmp_path / "bad"))
+    # North is learned from, east is judged by.
+    shutil.copy(parts["train"][2].image, parts["test"][1].image)
+    with pytest.raises(InputError, match=r"east_6.png: is of test, and the same picture as .*north_2.png, of train"):
+        hold_apart(parts)
 
 
 def test_a_plate_of_a_test_place_is_refused(tmp_path):
@@ -107,6 +118,13 @@ def test_what_plates_were_made_of_stays(tmp_path):
     cv2.imwrite(str(train[1].image), 255 - cv2.imread(str(train[1].image)))
     with pytest.raises(InputError, match=r"north_1.png: shows another picture"):
         write_views(train, (24, 32), views)
+
+
+def test_a_frame_of_another_shape_would_squeeze_the_ground(tmp_path):
+    train = split(study(tmp_path))["train"]
+    with pytest.raises(InputError, match=r"frame: \[64, 48\]: .*north_0.png is 48×64 px: a frame of its shape"):
+        write_views(train, (64, 48), tmp_path / "views")
+    write_views(train, (19, 25), tmp_path / "views")  # rounded
 
 
 def test_two_real_images_of_one_name(tmp_path):

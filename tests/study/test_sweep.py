@@ -3,10 +3,13 @@
 import json
 import math
 import re
+import shutil
 import xml.etree.ElementTree as ElementTree
+import zlib
 from pathlib import Path
 
 import attrs
+import cv2
 import numpy as np
 import pytest
 
@@ -20,8 +23,9 @@ from pavemark.select.shards import Origin, Row
 from pavemark.study import quantity, runs
 from pavemark.study import sweep as sweeping
 from pavemark.study.design import Training
+from pavemark.study.leakage import hold_no_plate
 from pavemark.study.peak import against, not_told_apart, p_value, peak
-from pavemark.study.sweep import Sweep, Trial, hold_no_leak, sweep
+from pavemark.study.sweep import Sweep, Trial, sweep
 
 LOSSES = (0.3, 0.1, 0.4, 0.2, 0.5, 0.6)
 """Of the images of a dataset, in its order: close to far, they are 1, 3, 0, 2, 4, 5."""
@@ -130,7 +134,11 @@ def scored_as(folder, dataset, losses):
 
 def real(folder, *names, points=((10.5, 20.0),)):
     width, height = SIZE
-    return listed(folder, *({"image": f"{name}.png", "w": width, "h": height, "points": points} for name in names))
+    listed(folder, *({"image": f"{name}.png", "w": width, "h": height, "points": points} for name in names))
+    for name in names:  # no two alike
+        rng = np.random.default_rng(zlib.crc32(f"{folder.name}/{name}".encode()))
+        cv2.imwrite(str(folder / f"{name}.png"), rng.integers(0, 255, (height, width, 3), np.uint8))
+    return folder
 
 
 @pytest.fixture
@@ -165,7 +173,7 @@ def taught(monkeypatch):
 
 def test_fewer_images_are_the_first_of_more(wanted, tmp_path, taught):
     with pytest.raises(InputError, match="another matter"):
-        sweep(wanted, tmp_path / "out", 1, print)
+        sweep(wanted, tmp_path / "out", 1, print, print)
     assert [(name, [each.image.stem[-1] for each in run.examples], run.seed) for name, run in taught] == [
         ("2 images, seed 0", ["1", "3"], 0),
         ("2 images, seed 1", ["1", "3"], 1),
@@ -182,7 +190,7 @@ def test_an_image_that_cannot_be_read_is_left_out_and_told(wanted, tmp_path, tau
     scored_as(tmp_path / "five", wanted.dataset, losses)
     lines = []
     with pytest.raises(InputError, match="another matter"):
-        sweep(attrs.evolve(wanted, scores=tmp_path / "five"), tmp_path / "out", 1, lines.append)
+        sweep(attrs.evolve(wanted, scores=tmp_path / "five"), tmp_path / "out", 1, print, lines.append)
     assert [each.image.stem[-1] for each in taught[2][1].examples] == ["1", "0", "2", "4"]
     assert len(lines) == 1 and lines[0].startswith(f"left out: {picture}: ")
 
@@ -192,14 +200,39 @@ def test_the_scale_is_that_of_the_images_up_to_the_finest(wanted, tmp_path, taug
     dataset = made(tmp_path / "dataset", len(LOSSES), given)
     scores = scored(tmp_path / "scores", dataset)
     with pytest.raises(InputError, match="another matter"):
-        sweep(attrs.evolve(wanted, dataset=dataset, scores=scores, scale=None), tmp_path / "out", 1, print)
+        sweep(attrs.evolve(wanted, dataset=dataset, scores=scores, scale=None), tmp_path / "out", 1, print, print)
     assert {run.scale for _, run in taught} == {scale}
+
+
+def test_results_are_of_the_split_that_they_were_judged_by(wanted, tmp_path, monkeypatch):
+    """An image that is moved from the validation to the test images leaves none of the others' results."""
+    asked = []
+
+    def judge(detectors, vote, parts, tolerance):
+        asked.append({part: [each.name for each in found] for part, found in parts.items()})
+        return {"asked": len(asked)}
+
+    monkeypatch.setattr(sweeping, "judge", judge)
+    monkeypatch.setattr(sweeping, "opened", Path)
+    monkeypatch.setattr(sweeping, "train_all", lambda *given: None)
+    splits = [(("a", "b"), ("c", "d")), (("a",), ("b", "c", "d")), (("a", "b"), ("c", "d"))]
+    found = []
+    for number, (validation, test) in enumerate(splits):
+        folder = tmp_path / str(number)
+        given = {"validation": real(folder / "v", *validation), "test": real(folder / "t", *test)}
+        for part in given.values():
+            for path in part.glob("*.png"):  # the same picture wherever it lies
+                cv2.imwrite(str(path), np.full((*SIZE[::-1], 3), ord(path.stem), np.uint8))
+        trials = sweep(attrs.evolve(wanted, keep=(2,), seeds=1, **given), tmp_path / "out", 1, print, print)
+        found.append(trials[0].figures["asked"])
+    assert found == [1, 2, 1]
+    assert asked == [{"validation": list(v), "test": list(t)} for v, t in splits[:2]]
 
 
 def test_a_random_order_is_of_the_seed_of_the_selection(wanted, tmp_path, taught):
     for seed in (0, 0, 1):
         with pytest.raises(InputError, match="another matter"):
-            sweep(attrs.evolve(wanted, strategy="random", seed=seed), tmp_path / "out", 1, print)
+            sweep(attrs.evolve(wanted, strategy="random", seed=seed), tmp_path / "out", 1, print, print)
     orders = [[each.name for each in run.examples] for name, run in taught if name.startswith("4 images")]
     assert orders[0] == orders[1] == orders[2] == orders[3] and orders[4] == orders[5] != orders[0]
 
@@ -209,7 +242,7 @@ def test_a_plate_of_an_image_that_is_judged_by_is_refused(wanted, tmp_path, taug
     # The plates of the dataset are plate0 and plate1.
     leaking = attrs.evolve(wanted, **{part: real(tmp_path / "leak", "west_0", "plate1")})
     with pytest.raises(InputError, match=r"dataset: images/00000\d: its plate, plate1, is that of .*plate1.png"):
-        sweep(leaking, tmp_path / "out", 1, print)
+        sweep(leaking, tmp_path / "out", 1, print, print)
     assert not taught
 
 
@@ -217,11 +250,43 @@ def test_plates_of_painted_images_are_held_apart(tmp_path, wanted):
     other = made(tmp_path / "other")
     assert [each.groups["plate"] for each in sweeping.examples(other)] == ["plate0.png", "plate1.png", "plate0.png"]
     with pytest.raises(InputError, match="its plate, plate0,"):
-        hold_no_leak(wanted.dataset, sweeping.examples(other))
+        hold_no_plate(wanted.dataset, sweeping.examples(other))
     # Numbers that images are called by are no plates.
     lines = (other / "manifest.jsonl").read_text().replace('"plate', '"else')
     (other / "manifest.jsonl").write_text(lines)
-    hold_no_leak(wanted.dataset, sweeping.examples(other))
+    hold_no_plate(wanted.dataset, sweeping.examples(other))
+
+
+@pytest.mark.parametrize("copied", [False, True])
+def test_a_picture_that_is_judged_by_is_not_learned_from(wanted, tmp_path, taught, copied):
+    """Images 1, 3, 0 and 2 are learned from, 5 is not."""
+    width, height = SIZE
+    for image, refused in (("000000", True), ("000005", False)):
+        folder = tmp_path / image
+        folder.mkdir()
+        where = f"../dataset/images/{image}.png"
+        if copied:
+            where = "other.png"
+            shutil.copy(wanted.dataset / "images" / f"{image}.png", folder / where)
+        line = {"image": where, "w": width, "h": height, "points": [[10.5, 20.0]]}
+        (folder / "labels.jsonl").write_text(json.dumps(line))
+        with pytest.raises(InputError, match="000000.png: is of DATASET, and the same" if refused else "another m"):
+            sweep(attrs.evolve(wanted, test=folder), tmp_path / "out", 1, print, print)
+    assert len(taught) == 4
+
+
+def test_what_cannot_be_judged_by_is_told_before_anything_is_trained(wanted, tmp_path, taught):
+    def refused(said, **changed):
+        with pytest.raises(InputError, match=said):
+            sweep(attrs.evolve(wanted, **changed), tmp_path / "out", 1, print, print)
+
+    gone, other = real(tmp_path / "gone", "west_0", "west_1"), real(tmp_path / "other", "west_0", "west_1")
+    (gone / "west_1.png").unlink()
+    refused("west_1.png: .*cannot be read|west_1.png: .*no such", test=gone)
+    cv2.imwrite(str(other / "west_1.png"), np.zeros((9, 9, 3), np.uint8))
+    refused("west_1.png: is 9×9 px: 48×96", validation=other)
+    refused("west_0: is listed twice", test=real(tmp_path / "twice", "west_0", "west_0"))
+    assert not taught
 
 
 @pytest.mark.parametrize(
@@ -236,14 +301,14 @@ def test_plates_of_painted_images_are_held_apart(tmp_path, wanted):
 )
 def test_numbers_that_are_refused(wanted, tmp_path, taught, changed, said):
     with pytest.raises(InputError, match=f"^{re.escape(said)}"):
-        sweep(attrs.evolve(wanted, **changed), tmp_path / "out", 1, print)
+        sweep(attrs.evolve(wanted, **changed), tmp_path / "out", 1, print, print)
     assert not taught
 
 
 def test_datasets_that_are_refused(wanted, tmp_path, taught):
     def refused(said, **changed):
         with pytest.raises(InputError, match=said):
-            sweep(attrs.evolve(wanted, **changed), tmp_path / "out", 1, print)
+            sweep(attrs.evolve(wanted, **changed), tmp_path / "out", 1, print, print)
 
     fewer = scored(tmp_path / "scores5", wanted.dataset, LOSSES[:5])
     refused("scores5: lacks 1 of the images of .*dataset, the first is images/000005", scores=fewer)
@@ -251,12 +316,12 @@ def test_datasets_that_are_refused(wanted, tmp_path, taught):
     refused("none: is no folder", test=tmp_path / "none")
     refused("has no scale", height=None)
     refused("--validation: .*test: is the test set", validation=wanted.test)
-    refused("--test: .*bare: has no marking point", test=real(tmp_path / "bare", "west_1", points=()))
-    refused("--validation: .*bare2: has no marking", validation=real(tmp_path / "bare2", "west_2", points=()))
+    refused("--test .*bare: has no marking point", test=real(tmp_path / "bare", "west_1", points=()))
+    refused("--validation .*bare2: has no marking", validation=real(tmp_path / "bare2", "west_2", points=()))
     (tmp_path / "again").mkdir()
     line = json.loads((wanted.test / "labels.jsonl").read_text().splitlines()[0]) | {"image": "../test/east_0.png"}
     (tmp_path / "again" / "labels.jsonl").write_text(json.dumps(line))
-    refused("is a test image: others are allowed", validation=tmp_path / "again")
+    refused("east_0.png: is of --test, and the same picture as .*, of --validation", validation=tmp_path / "again")
     assert not taught
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from pavemark.study.design import Row
 from pavemark.study.judging import Verdict
-from pavemark.study.tables import precision_at, tables
+from pavemark.study.tables import precision_at, spread, tables
 
 CURVE = {"precision": [1.0, 0.9, 0.95, 0.5, None], "recall": [0.1, 0.5, 0.55, 0.9, None]}
 
@@ -33,6 +33,11 @@ def test_a_row_is_the_mean_of_its_seeds_and_how_they_scatter():
 @pytest.mark.parametrize(("recall", "precision"), [(0.0, 1.0), (0.1, 1.0), (0.11, 0.95), (0.55, 0.95), (0.56, 0.5)])
 def test_the_precision_at_a_recall(recall, precision):
     assert precision_at(CURVE, recall) == precision
+
+
+def test_a_figure_that_a_seed_lacks():
+    assert spread([0.5, 0.7]) == "60.0 ± 14.1" and spread([0.5]) == "50.0"
+    assert spread([None, 0.9]) == spread([None]) == "–"
 
 
 def test_a_recall_that_is_never_reached():

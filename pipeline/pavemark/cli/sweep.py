@@ -30,7 +30,7 @@ ORDERS = tuple(strategy for strategy in STRATEGIES if strategy != LEARNABLE)
     "--seed", type=click.IntRange(0, LAST_SEED), default=0, show_default=True, help="For random and coverage."
 )
 @click.option("--steps", type=click.IntRange(1, 10**7), default=1500, show_default=True, help="Steps of training.")
-@click.option("--batch", type=click.IntRange(1, 4096), default=32, show_default=True, help="Images in a step.")
+@click.option("--batch", type=click.IntRange(2, 4096), default=32, show_default=True, help="Images in a step.")
 @click.option(
     "--height",
     metavar="M",
@@ -57,7 +57,7 @@ def sweep(
     workers: int,
     out: Path,
     **asked,
-) -> None:
+) -> int:
     """Train detectors on the first N images of a selection, for several N, and find the N that is best.
 
     A detector for each --keep and seed, judged by marking points; the table says which N are as good as the best
@@ -70,8 +70,15 @@ def sweep(
     from pavemark.study.sweep import Sweep  # noqa: PLC0415
     from pavemark.study.sweep import sweep as swept  # noqa: PLC0415
 
-    wanted = Sweep(dataset, scores, test, validation, keep, training=Training(steps=steps, batch=batch), **asked)
     spare(out, (), map(str, (dataset, scores, test, validation)), "")
+    wanted = Sweep(dataset, scores, test, validation, keep, training=Training(steps=steps, batch=batch), **asked)
     files.writable(out)
-    written = quantity.write(wanted, swept(wanted, out.absolute(), workers, click.echo), out.absolute())
+    faults: list[str] = []
+    trials = swept(wanted, out.absolute(), workers, click.echo, faults.append)
+    written = quantity.write(wanted, trials, out.absolute())
     click.echo(f"\n{written}\n{out / 'sweep.md'}")
+    for fault in faults:
+        click.echo(fault, err=True)
+    if not any(trial.figures["validation"]["f1"] for trial in trials):
+        click.echo(f"{validation}: no point found there is right: no confidence is better than another", err=True)
+    return int(bool(faults))

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import attrs
 
-from pavemark import __version__, files
+from pavemark import files
 from pavemark.detect.example import Example
 from pavemark.detect.learned import opened
 from pavemark.errors import InputError
@@ -21,7 +21,8 @@ from pavemark.select.scores import Scores
 from pavemark.select.scoring import score, versions
 from pavemark.study import pools, runs
 from pavemark.study.design import ALL, Row, Study
-from pavemark.study.judging import Verdict, judge
+from pavemark.study.judging import JUDGED, Verdict, hold_judgeable, judge, judged_by
+from pavemark.study.leakage import hold_apart
 from pavemark.study.places import split
 from pavemark.study.rows import Data, real, synthetic
 from pavemark.study.runs import Run
@@ -75,11 +76,16 @@ def conduct(study: Study, folder: Path, workers: int, tell: Tell, only_told: boo
         When something is missing, or of no use.
     """
     parts = split(study)
+    if not only_told:  # long work is before it
+        hold_apart(parts)
+        hold_judgeable({part: parts[part] for part in JUDGED})
+        _hold_shares(study, len(parts["train"]))
     made = pools.there(study, folder) if only_told else pools.make(study, parts["train"], folder, workers)
     data = Data(
         tuple(parts["train"]),
         {pool: tuple(pools.learnt_from(path, parts["train"])) for pool, path in made.items()},
     )
+    _hold_parts(study, data)
     first = next(row for row in study.rows if row.name == study.judge)
     trial = trials(study, [first], data)[0]
     if only_told and not _trained(trial, folder):
@@ -125,6 +131,24 @@ def _trial(study: Study, row: Row, seed: int, data: Data) -> Trial:
     return Trial(row, seed, made, len(real_ones), len(drawn))
 
 
+def _hold_shares(study: Study, real: int) -> None:
+    """Hold that rows of a share of the real images have one at least."""
+    for row in study.rows:
+        if row.real and not round(row.real * real):
+            raise InputError(
+                f"rows: {row.name}", f"real = {row.real:g}: is no image of {real}: {1 / real:g} and more are allowed"
+            )
+
+
+def _hold_parts(study: Study, data: Data) -> None:
+    """Hold that each part of a row has an image, before hours of work."""
+    for row in study.rows:
+        many = row.keep if row.keep is not None else sum(len(data.pools[pool]) for pool in row.pools)
+        many += round(row.real * len(data.real))
+        if many < row.parts:
+            raise InputError(f"rows: {row.name}", f"parts = {row.parts}: up to {many}, its images, are allowed")
+
+
 def _trained(trial: Trial, folder: Path) -> bool:
     return all(runs.model(run, folder).exists() for run in trial.runs)
 
@@ -152,7 +176,7 @@ def _scores(
 def _verdicts(study: Study, trial: Trial, parts: dict[str, list[Example]], folder: Path) -> list[Verdict]:
     models = [runs.model(run, folder) for run in trial.runs]
     votes = [None] if len(models) == 1 else list(VOTES)
-    path = folder / "results" / f"{_judged_by(models, parts, study.tolerance)}.json"
+    path = folder / "results" / f"{judged_by(models, parts, study.tolerance)}.json"
     there = read_json(path) if path.exists() else {}
     verdicts = []
     for vote in votes:
@@ -163,14 +187,3 @@ def _verdicts(study: Study, trial: Trial, parts: dict[str, list[Example]], folde
         called = trial.row.name if vote is None else f"{trial.row.name}, {vote}"
         verdicts.append(Verdict(called, trial.row, trial.seed, trial.real, trial.synthetic, there[name]))
     return verdicts
-
-
-def _judged_by(models: Sequence[Path], parts: dict[str, list[Example]], tolerance: float) -> str:
-    """Hash of the detectors and of all that they are judged by."""
-    told = {
-        "pavemark": __version__,
-        "models": [model.stem for model in models],
-        "tolerance": tolerance,
-        **{part: runs.digest(parts[part]) for part in ("validation", "test")},
-    }
-    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:32]

@@ -18,6 +18,11 @@ LEARNABLE = "learnable"
 ALL = "all"
 """Every image of the pools, as they are."""
 
+LAST_SEED = 2**32 - 1
+
+FINEST = 1000.0
+"""Pixels per metre that a detector may look at."""
+
 REFERENCE, LEARNER = "reference", "learner"
 
 _share = within(0.0, 1.0)
@@ -55,14 +60,14 @@ class Training:
     ----------
     family : str
     steps, fine_tune_steps : int
-        Of a row; and those that follow on real images where a row says so.
+        Of a row; and those that follow on real images where a row says so, at a tenth of the learning rate.
     batch : int
     """
 
     family: str = attrs.field(default="dmpr", validator=one_of("dmpr"))
     steps: int = attrs.field(default=1500, validator=within(1, 10**7))
     fine_tune_steps: int = attrs.field(default=500, validator=within(1, 10**7))
-    batch: int = attrs.field(default=32, validator=within(1, 4096))
+    batch: int = attrs.field(default=32, validator=within(2, 4096))
 
 
 @attrs.frozen
@@ -132,6 +137,8 @@ class Row:
             raise ValueError(f"{self.name}: seeds = {list(self.seeds)}: at least one, and each once, are allowed")
         if min(self.seeds) < 0:
             raise ValueError(f"{self.name}: seeds = {list(self.seeds)}: 0 or more is allowed")
+        if max(self.seeds) > LAST_SEED:
+            raise ValueError(f"{self.name}: seeds = {list(self.seeds)}: up to {LAST_SEED} is allowed")
 
     @property
     def learner(self) -> Row | None:
@@ -181,6 +188,9 @@ class Study:
     def __attrs_post_init__(self) -> None:
         if min(self.frame) < 1:
             raise ValueError(f"frame = {list(self.frame)}: width and height in pixels, 1 or more, are allowed")
+        if not 1 <= self.scale <= FINEST:
+            told = f"height = {self.height:g}: {self.scale:g} pixels a metre of frame = {list(self.frame)}"
+            raise ValueError(f"{told}: 1 to {FINEST:g} are allowed")
         for pool, tables in self.pools.items():
             # It is the name of a folder, and begins those of the images in it.
             if pool in ("", ".", "..") or set(pool) & set("/\\:\0"):

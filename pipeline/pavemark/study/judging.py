@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import attrs
 
 from pavemark.detect.detection import Detector
 from pavemark.detect.example import Example
+from pavemark.detect.reading import hold_labelled, picture
+from pavemark.errors import InputError
 from pavemark.evaluate.curve import best_threshold
 from pavemark.evaluate.judge import judged, judged_together
 from pavemark.evaluate.results import plain, plain_curve, result
 from pavemark.evaluate.tally import Judged
+from pavemark.select.scoring import versions
+from pavemark.study import runs
 from pavemark.study.design import Row
+
+JUDGED = ("validation", "test")
+"""Parts that a detector is judged by: the first chooses the confidence."""
 
 
 @attrs.frozen(eq=False)
@@ -39,6 +48,43 @@ class Verdict:
     real: int
     synthetic: int
     figures: dict[str, Any]
+
+
+def judged_by(models: Sequence[Path], parts: dict[str, list[Example]], tolerance: float) -> str:
+    """Hash of detectors, whose files are called by what they depend on, and of all that they are judged by."""
+    told = {
+        **versions(),
+        "models": [model.stem for model in models],
+        "tolerance": tolerance,
+        **{part: runs.digest(parts[part]) for part in JUDGED},
+    }
+    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:32]
+
+
+def hold_judgeable(parts: Mapping[str, Sequence[Example]]) -> None:
+    """Hold, before long work, that images can be judged by.
+
+    Parameters
+    ----------
+    parts : dict of str to sequence of Example
+        By what a part is called.
+
+    Raises
+    ------
+    InputError
+        When a picture cannot be read or is of another size than its labels say, one is listed twice, its marking
+        points are not known, or there is none in a part.
+    """
+    for part, examples in parts.items():
+        names: set[str] = set()
+        for example in examples:
+            if example.name in names:
+                raise InputError(part, f"{example.name}: is listed twice: once is allowed")
+            names.add(example.name)
+            hold_labelled(example)
+            picture(example)
+        if not any(len(example.points) for example in examples):
+            raise InputError(part, "has no marking point: images with at least one are allowed")
 
 
 def judge(

@@ -76,6 +76,10 @@ def write_views(real: Sequence[Example], frame: tuple[int, int], folder: Path) -
         names.add(called)
         path = folder / f"{called}.png"
         pixels = picture(example)
+        # Up to rounding; further off, what lies on the ground would be squeezed.
+        if abs(pixels.shape[1] / pixels.shape[0] * frame[1] - frame[0]) > 1:
+            size = f"{pixels.shape[1]}×{pixels.shape[0]} px"
+            raise InputError("frame", f"{list(frame)}: {example.image} is {size}: a frame of its shape is allowed")
         if pixels.shape[1::-1] != frame:
             pixels = cv2.resize(pixels, frame, interpolation=cv2.INTER_AREA)
         if not path.exists():

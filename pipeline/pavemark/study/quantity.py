@@ -116,11 +116,10 @@ def plain(wanted: Sweep, trials: Sequence[Trial], folder: Path) -> dict[str, Any
 
 
 def _summary(values: Sequence[float | None]) -> dict[str, float | None]:
-    known = [value for value in values if value is not None]
-    return {
-        "mean": statistics.mean(known) if known else None,
-        "deviation": statistics.stdev(known) if len(known) > 1 else None,
-    }
+    """Nothing where a seed has no figure, as in the table."""
+    if None in values:
+        return {"mean": None, "deviation": None}
+    return {"mean": statistics.mean(values), "deviation": statistics.stdev(values) if len(values) > 1 else None}
 
 
 def drawing(trials: Sequence[Trial]) -> str:

@@ -15,7 +15,17 @@ import numpy as np
 from pavemark import files
 from pavemark.detect.example import Example
 from pavemark.errors import InputError
+from pavemark.select.scoring import versions
 from pavemark.study.design import Training
+
+CODE = (
+    "training/detectors/*.py",
+    "study/lessons.py",
+    "detect/scaling.py",
+    "detect/reading.py",
+    "background/reading.py",
+)
+"""Modules of the package that a detector depends on."""
 
 
 @attrs.frozen
@@ -51,6 +61,7 @@ class Run:
         """
         told = {
             "torch": _torch(),
+            **versions(),
             "examples": [content(example) for example in self.examples],
             "steps": self.steps,
             "seed": self.seed,
@@ -113,8 +124,8 @@ def _path(key: str, folder: Path) -> Path:
 
 
 def digest(examples: Iterable[Example]) -> str:
-    """Hash of pictures, labels and places: what was judged by others has another."""
-    told = [[*content(example), example.groups] for example in examples]
+    """Hash of names, pictures, labels and places: what was judged by others has another."""
+    told = [[example.name, *content(example), example.groups] for example in examples]
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:32]
 
 
@@ -122,11 +133,18 @@ def content(example: Example) -> list:
     """What an example is, as JSON may hold it: the hash of its picture, and its labels."""
     labels = [None if each is None else np.asarray(each).tolist() for each in (example.points, example.directions)]
     shapes = [None if each is None else np.asarray(each).tolist() for each in (example.l_shaped, example.slots)]
-    return [_digest(example.image), example.frame.scale, *labels, *shapes]
+    return [picture_hash(example.image), example.frame.scale, *labels, *shapes]
 
 
 @cache
-def _digest(image: Path) -> str:
+def picture_hash(image: Path) -> str:
+    """SHA-256 of the file of a picture, read once.
+
+    Raises
+    ------
+    InputError
+        When it cannot be read.
+    """
     try:
         return hashlib.sha256(image.read_bytes()).hexdigest()
     except OSError as error:
@@ -142,10 +160,10 @@ def _torch() -> str:
 
 @lru_cache(maxsize=1)
 def _code() -> str:
-    """Hash of the modules that say how a detector is trained."""
-    folder = Path(__file__).parents[1] / "training" / "detectors"
+    """Hash of the modules that say how a detector is trained, and how what it learns from is read."""
+    package = Path(__file__).parents[1]
     told = hashlib.sha256()
-    for module in sorted(folder.glob("*.py")):
+    for module in sorted(module for where in CODE for module in package.glob(where)):
         told.update(module.read_bytes())
     return told.hexdigest()
 

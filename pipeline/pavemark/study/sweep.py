@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 import attrs
 
-from pavemark import __version__, files
+from pavemark import files
 from pavemark.detect.example import Example
 from pavemark.detect.learned import opened
-from pavemark.detect.reading import examples, hold_labelled, manifest, of_both
+from pavemark.detect.reading import examples
 from pavemark.errors import InputError
 from pavemark.evaluate.matching import TOLERANCE
 from pavemark.records import read_json
@@ -21,7 +20,8 @@ from pavemark.select.choice import Wanted, chosen
 from pavemark.select.selection import hold_as_scored, of_dataset, unreadable
 from pavemark.study import runs
 from pavemark.study.design import Training
-from pavemark.study.judging import judge
+from pavemark.study.judging import JUDGED, hold_judgeable, judge, judged_by
+from pavemark.study.leakage import hold_apart, hold_no_plate
 from pavemark.study.runs import Run
 from pavemark.study.training import Tell, train_all
 
@@ -96,7 +96,7 @@ class Trial:
     figures: dict[str, Any]
 
 
-def sweep(wanted: Sweep, folder: Path, workers: int, tell: Tell) -> list[Trial]:
+def sweep(wanted: Sweep, folder: Path, workers: int, tell: Tell, left_out: Tell) -> list[Trial]:
     """Train and judge the detectors of a sweep; what is there is not made again.
 
     Parameters
@@ -108,6 +108,8 @@ def sweep(wanted: Sweep, folder: Path, workers: int, tell: Tell) -> list[Trial]:
         Processes that train.
     tell : callable
         Told a line now and then.
+    left_out : callable
+        Told a line of each image of the dataset that cannot be scored.
 
     Returns
     -------
@@ -120,10 +122,11 @@ def sweep(wanted: Sweep, folder: Path, workers: int, tell: Tell) -> list[Trial]:
         When a dataset cannot be read or lacks images, dataset and scores do not belong together, images that are
         judged by are learned from, or torch is missing.
     """
-    parts = {part: list(examples(getattr(wanted, part), wanted.height)) for part in ("validation", "test")}
-    _hold_of_use(parts["validation"], parts["test"], wanted)
-    hold_no_leak(wanted.dataset, [*parts["validation"], *parts["test"]])
-    order = _order(wanted, tell)
+    parts = {part: list(examples(getattr(wanted, part), wanted.height)) for part in JUDGED}
+    hold_judgeable({f"--{part} {getattr(wanted, part)}": parts[part] for part in parts})
+    hold_no_plate(wanted.dataset, [*parts["validation"], *parts["test"]])
+    order = _order(wanted, left_out)
+    hold_apart({**{f"--{part}": parts[part] for part in parts}, "DATASET": order})
     scale = min(FINEST, order[0].frame.scale) if wanted.scale is None else wanted.scale
     made = [
         (keep, seed, Run(tuple(order[:keep]), wanted.training.steps, seed, wanted.training, scale))
@@ -131,17 +134,16 @@ def sweep(wanted: Sweep, folder: Path, workers: int, tell: Tell) -> list[Trial]:
         for seed in range(wanted.seeds)
     ]
     train_all([(f"{keep} images, seed {seed}", run) for keep, seed, run in made], folder, workers, tell)
-    by = runs.digest([*parts["validation"], *parts["test"]])
-    return [_judged(keep, seed, runs.model(run, folder), parts, by, folder, tell) for keep, seed, run in made]
+    return [_judged(keep, seed, runs.model(run, folder), parts, folder, tell) for keep, seed, run in made]
 
 
-def _order(wanted: Sweep, tell: Tell) -> list[Example]:
+def _order(wanted: Sweep, left_out: Tell) -> list[Example]:
     """The images of the most that are kept, the first to be kept first."""
     found = scored.read(wanted.scores)
     gone = unreadable(wanted.dataset, [found])
     candidates = of_dataset(found, wanted.dataset, gone)
     for fault in gone.values():
-        tell(f"left out: {fault}")
+        left_out(f"left out: {fault}")
     asked = Wanted(wanted.strategy, max(wanted.keep), wanted.seed)
     names = [each.name for each in chosen(candidates, asked, None, found.embeddings)]
     kept = set(names)
@@ -150,51 +152,10 @@ def _order(wanted: Sweep, tell: Tell) -> list[Example]:
     return [by_name[name] for name in names]
 
 
-def _hold_of_use(validation: Sequence[Example], test: Sequence[Example], wanted: Sweep) -> None:
-    """Hold that there is something to find, and that no image that figures are of chooses the confidence."""
-    for example in (*validation, *test):
-        hold_labelled(example)
-    for option, part in (("--validation", validation), ("--test", test)):
-        if not any(len(example.points) for example in part):
-            where = getattr(wanted, option.removeprefix("--"))
-            raise InputError(option, f"{where}: has no marking point: images with at least one are allowed")
-    for example in of_both(validation, test):
-        raise InputError("--validation", f"{wanted.validation}: {example.name} is a test image: others are allowed")
-
-
-def hold_no_leak(dataset: Path, judged: Iterable[Example]) -> None:
-    """Hold that no image of a dataset is on a plate that was made of an image that is judged by.
-
-    A plate is called as the image it was made of. Where an image that is judged by was painted on a plate itself, it is
-    that plate that counts.
-
-    Parameters
-    ----------
-    dataset : Path
-    judged : iterable of Example
-
-    Raises
-    ------
-    InputError
-        When one is: what is judged by must not be learned from.
-    """
-    plates = {Path(str(line.get("input", ""))).stem: name for name, line in manifest(dataset)}
-    for example in judged:
-        plate = Path(example.groups.get("plate") or example.image).stem
-        if plate in plates:
-            raise InputError(
-                dataset,
-                f"{plates[plate]}: its plate, {plate}, is that of {example.image}, which is judged by: others may be",
-            )
-
-
-def _judged(
-    keep: int, seed: int, model: Path, parts: dict[str, list[Example]], by: str, folder: Path, tell: Tell
-) -> Trial:
-    path = folder / "results" / f"{model.stem}-{by}.json"
-    told = read_json(path) if path.exists() else None
-    if not isinstance(told, dict) or told.get("pavemark") != __version__:
+def _judged(keep: int, seed: int, model: Path, parts: dict[str, list[Example]], folder: Path, tell: Tell) -> Trial:
+    path = folder / "results" / f"{judged_by([model], parts, TOLERANCE)}.json"
+    if not path.exists():
         tell(f"judged: {keep} images, seed {seed}")
-        told = {"pavemark": __version__, "figures": judge([opened(model)], None, parts, TOLERANCE)}
-        files.write(path, json.dumps(told, indent=1, sort_keys=True) + "\n")
-    return Trial(keep, seed, model, told["figures"])
+        figures = judge([opened(model)], None, parts, TOLERANCE)
+        files.write(path, json.dumps(figures, indent=1, sort_keys=True) + "\n")
+    return Trial(keep, seed, model, read_json(path))

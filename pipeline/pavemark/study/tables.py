@@ -54,16 +54,17 @@ def _table(rows: dict[str, list[Verdict]], judge: str, recall: float) -> str:
         overall = [spread([verdict.figures["test"][figure] for verdict in verdicts]) for figure in FIGURES]
         each = [spread([verdict.figures["places"][place]["f1"] for verdict in verdicts]) for place in places]
         reached = [precision_at(verdict.figures["curve"], recall) for verdict in verdicts]
-        # A mean over the seeds that come so far would flatter the row.
-        alike = "–" if None in reached else spread(reached)
-        lines.append([name, *counts, *overall, alike, *each, verdicts[0].row.paper])
+        lines.append([name, *counts, *overall, spread(reached), *each, verdicts[0].row.paper])
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
 def spread(values: Sequence[float | None]) -> str:
-    """The mean of what is known, in %, and ± its sample standard deviation where there are several."""
-    known = [100 * value for value in values if value is not None]
-    if not known:
+    """The mean in %, and ± the sample standard deviation where there are several; – where one is not known.
+
+    A mean over the seeds that have a figure would flatter those that have none.
+    """
+    if None in values:
         return "–"
-    spread = f" ± {statistics.stdev(known):.1f}" if len(known) > 1 else ""
-    return f"{statistics.mean(known):.1f}{spread}"
+    found = [100 * value for value in values]
+    spread = f" ± {statistics.stdev(found):.1f}" if len(found) > 1 else ""
+    return f"{statistics.mean(found):.1f}{spread}"
