@@ -1,6 +1,7 @@
 """The pairing finds the labelled slots from points, directions and shapes, and none that the rules forbid."""
 
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -91,6 +92,19 @@ def test_an_l_is_no_l_the_other_way():
 def test_fewer_than_two_points(count):
     slots, sure = paired(np.zeros((count, 2)), np.ones((count, 2)), np.zeros(count, bool), np.ones(count))
     assert slots.shape == (0, 2) and sure.shape == (0,)
+
+
+def test_many_points_need_little_memory():
+    """A car park of 100 rows seen at once: no array of all pairs, whose length alone would take 500 MB."""
+    across, down = np.meshgrid(np.arange(40) * 2.5, np.arange(200) * 8.0)
+    points = np.stack([across.ravel(), down.ravel()], 1)
+    along = np.tile([0.0, -1.0], (len(points), 1))
+    tracemalloc.start()
+    slots, confidence = paired(points, along, np.zeros(len(points), bool), np.ones(len(points)))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert len(slots) == 200 * 39 and (confidence == 1).all()
+    assert peak < 50e6
 
 
 def test_points_at_one_place_are_no_slot():

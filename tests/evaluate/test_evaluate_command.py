@@ -156,9 +156,8 @@ def test_for_the_sheet_only_its_own_labels_are_read_once_more(evaluate, tmp_path
     monkeypatch.setattr(reading, "read_json", lambda path: opened.append(path.name) or read_json(path))
     monkeypatch.setattr(sys.modules["pavemark.cli.evaluate"], "WORST", 1)
     assert evaluate("--model", "good.onnx", "--out", tmp_path / "out").code == 0
-    # Labels and scene of the first few, here all three, twice, to know what is told; of all to judge them; and of the
-    # one drawn.
-    assert len([name for name in opened if name.startswith("00000")]) == 2 * (2 * 3 + 3 + 1)
+    # Labels and scene of all, to know what is told; of all to judge them; and of the one drawn.
+    assert len([name for name in opened if name.startswith("00000")]) == 2 * (3 + 3 + 1)
 
 
 def test_names_with_line_breaks(evaluate, tmp_path):
@@ -225,6 +224,35 @@ def test_a_point_that_nobody_could_find_does_not_count_as_missed(evaluate, tmp_p
     dataset(tmp_path / "beyond", [(60, POINTS, SLOTS), (70, [(500, 20)], [])])
     done = evaluate("--model", "good.onnx", data="beyond")
     assert done.code == 2 and done.out == "" and "000001.png: (500, 20): within the picture of 120×90" in done.err
+
+
+@pytest.mark.parametrize("option", [(), ("--threshold-from", "judged")])
+@pytest.mark.parametrize(
+    ("harm", "said"),
+    [
+        ("gone", "000002.json: cannot be read"),
+        ("outside", "within the picture of"),
+        ("original", "painted anew"),
+        ("twice", "000001: is in the set twice"),
+    ],
+)
+def test_labels_of_no_use_are_told_before_any_picture_is_looked_at(evaluate, tmp_path, monkeypatch, option, harm, said):
+    judged = tmp_path / "judged"
+    labels, scene = judged / "labels/dmpr/000002.json", judged / "scenes/000002.json"
+    if harm == "gone":
+        labels.unlink()
+    elif harm == "outside":
+        labels.write_text('{"marks": [[5000, 5, 5001, 5, 1]], "slots": []}')
+    elif harm == "original":
+        told = json.loads(scene.read_text())
+        scene.write_text(json.dumps(told | {"markings": [{"kind": "original"}]}))
+    else:
+        lines = (judged / "manifest.jsonl").read_text().splitlines()
+        (judged / "manifest.jsonl").write_text("\n".join([*lines[:2], lines[1]]))
+    monkeypatch.setattr(reading, "read_image", None)
+    option = option and (option[0], tmp_path / option[1])
+    done = evaluate("--model", "good.onnx", *option, data="chosen" if option else "judged")
+    assert done.code == 2 and done.err.count("\n") == 1 and said in done.err
 
 
 def test_no_such_dataset(evaluate):

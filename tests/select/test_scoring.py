@@ -147,8 +147,7 @@ def test_a_part_opens_no_labels_of_others(dataset, tmp_path):
     came, _, detector = score(dataset, tmp_path / "scores", part=(1, 3))
     assert came == Outcome(4, 4, 0) and len(detector.seen) == 4
     assert list(contents(tmp_path / "scores")) == ["scores-000001.parquet"]
-    with pytest.raises(InputError, match=r"000008\.json: cannot be read"):
-        score(dataset, tmp_path / "scores", part=(2, 3))
+    assert score(dataset, tmp_path / "scores", part=(2, 3))[0] == Outcome(2, 1, 1)
 
 
 def test_a_part_beyond_the_last_shard_has_nothing_to_do(dataset, tmp_path):
@@ -288,6 +287,46 @@ def test_one_image_that_cannot_be_scored(dataset, tmp_path, harm):
     assert contents(tmp_path / "scores") == contents(tmp_path / "fresh")
 
 
+@pytest.mark.parametrize("file", ["labels/dmpr/000005.json", "scenes/000005.json"])
+def test_one_image_whose_labels_cannot_be_read(dataset, tmp_path, file):
+    """It is told, as one whose picture cannot be read is, and the others keep their places in the shards."""
+    whole, out = tmp_path / "whole", tmp_path / "scores"
+    score(dataset, whole)
+    kept = (dataset / file).read_bytes()
+    (dataset / file).write_text("{")
+    came, watcher, _ = score(dataset, out)
+    assert came == Outcome(10, 9, 1)
+    assert len(watcher.lines) == 1 and "000005.json" in watcher.lines[0]
+    assert [contents(out)[name] == contents(whole)[name] for name in contents(whole)] == [True, False, True]
+    (dataset / file).write_bytes(kept)
+    assert score(dataset, out)[0] == Outcome(10, 1, 0)
+    assert contents(out) == contents(whole)
+    (dataset / file).unlink()
+    assert score(dataset, out)[0] == Outcome(10, 0, 1)
+    assert "000005" not in {each.name[-6:] for each in scores.read(out).candidates}
+
+
+def test_the_order_is_that_of_the_list_now(dataset, tmp_path):
+    score(dataset, tmp_path / "scores")
+    path = dataset / "manifest.jsonl"
+    path.write_text("".join(reversed(path.read_text().splitlines(keepends=True)[:4])))
+    score(dataset, tmp_path / "new")
+    assert score(dataset, tmp_path / "scores")[0].made == 0
+    assert contents(tmp_path / "scores") == contents(tmp_path / "new")
+
+
+def test_labels_of_a_list_are_corrected(tmp_path):
+    lines = [{"image": f"{name}.png", "w": 48, "h": 96, "scale": 10.0, "points": [[9.0, 9.0]]} for name in "ab"]
+    folder = listed(tmp_path / "list", *lines)
+    score(folder, tmp_path / "scores")
+    lines[0]["points"] = [[20.0, 9.0]]
+    listed(tmp_path / "list", *lines)
+    assert score(folder, tmp_path / "scores")[0] == Outcome(2, 1, 0)
+    other = listed(tmp_path / "other", *reversed(lines))
+    with pytest.raises(InputError, match="holds scores of another dataset"):
+        score(other, tmp_path / "scores")
+
+
 def test_no_image_that_can_be_scored(dataset, tmp_path):
     for image in (dataset / "images").iterdir():
         image.unlink()
@@ -395,7 +434,7 @@ def test_memory_does_not_grow_with_the_dataset(tmp_path, monkeypatch):
     monkeypatch.setattr(scoring, "dataset_hash", lambda dataset: "many")
     spent = []
     for count in (4 * 64, 20 * 64):
-        monkeypatch.setattr(reading, "examples", lambda dataset, height, only, count=count: examples(count))
+        monkeypatch.setattr(reading, "examples_or_faults", lambda dataset, height, only, count=count: examples(count))
         monkeypatch.setattr(reading, "count", lambda dataset, count=count: count)
         fake = Fake(told=lambda mean: (np.full((3, 2, 3), mean), np.arange(100.0)))
         fake.seen = type("Nothing", (), {"append": lambda self, image: None})()

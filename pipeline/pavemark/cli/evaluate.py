@@ -23,7 +23,7 @@ from pavemark.errors import InputError, one_line
 from pavemark.evaluate.bootstrap import DRAWS, LEVEL
 from pavemark.evaluate.curve import best_threshold
 from pavemark.evaluate.ensembles import VOTES
-from pavemark.evaluate.judge import Finder, finder, of_found
+from pavemark.evaluate.judge import Alike, Finder, finder, of_found
 from pavemark.evaluate.matching import SCALE, TOLERANCE
 from pavemark.evaluate.results import COLUMNS, Result, cells, markdown, plain, plain_curve, result
 from pavemark.evaluate.tally import Judged
@@ -161,24 +161,29 @@ def _words(text: str | None) -> list[str]:
 
 
 def _hold_labelled(dataset: Path, chosen_on: Path | None, groups: set[str], height: float | None) -> None:
-    """Hold, before long work, that the labels tell what is asked for."""
-    first = next(examples(dataset, height))
-    if chosen_on is not None:
-        if next(examples(chosen_on, height)).slots is None and first.slots is not None:
-            raise InputError("--threshold-from", f"{chosen_on}: has points alone: slots need a threshold as well")
-        for example in of_both(examples(chosen_on, height), examples(dataset, height)):
-            raise InputError("--threshold-from", f"{chosen_on}: {example.name} is judged by: other images are allowed")
-    missing, there = set(groups), set()
-    for example in examples(dataset, height):
-        if not missing:
-            return
+    """Hold, before long work, that all labels can be judged by and tell what is asked for."""
+    judged, missing, there = Alike(), set(groups), set()
+    for example in _held(dataset, height, judged):
         missing -= {group for group, name in example.groups.items() if name}
         there |= example.groups.keys()
+    if chosen_on is not None:
+        choosing = Alike()
+        for example in of_both(_held(chosen_on, height, choosing), examples(dataset, height)):
+            raise InputError("--threshold-from", f"{chosen_on}: {example.name} is judged by: other images are allowed")
+        if judged.labelled and not choosing.labelled:
+            raise InputError("--threshold-from", f"{chosen_on}: has points alone: slots need a threshold as well")
     if missing:
         raise InputError(
             dataset,
             f"tells no {', '.join(sorted(missing))} of its images: {', '.join(sorted(there)) or 'none'} is told",
         )
+
+
+def _held(dataset: Path, height: float | None, alike: Alike) -> Iterator[Example]:
+    for example in examples(dataset, height):
+        hold_labelled(example)
+        alike.hold(example)
+        yield example
 
 
 @attrs.frozen
@@ -191,13 +196,12 @@ class _Judge:
     progress: Progress
 
     def of(self, dataset: Path) -> Judged:
-        found = ((example, self.find(example)) for example in self._told(dataset))
+        found = ((example, self.find(example)) for example in self._counted(dataset))
         with self.progress.of(count(dataset)):
             return of_found(found, self.tolerance)
 
-    def _told(self, dataset: Path) -> Iterator[Example]:
+    def _counted(self, dataset: Path) -> Iterator[Example]:
         for example in examples(dataset, self.height):
-            hold_labelled(example)
             yield example
             self.progress.step(False)
 

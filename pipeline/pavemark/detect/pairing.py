@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 ENTRANCES = ((2.116, 3.316), (3.880, 6.667))
 """Metres between the two points of a slot that is entered at its short side, and at its long one."""
@@ -15,6 +16,9 @@ the published detector are off together."""
 
 BETWEEN = 0.8
 """Cosine of the turn at a third point above which the way from one point to the other leads by it."""
+
+WIDER = 1 + 1e-9
+"""Of who is near: last bits of a distance are not the tree's to decide."""
 
 BOTH, LEFT, RIGHT, NEITHER = 3, 1, 2, 0
 """On which side of a line from a point to another the point allows a slot, as bits."""
@@ -48,40 +52,51 @@ def paired(
         More than nought.
     """
     found = []
-    way = points[None] - points[:, None]
-    length = np.hypot(way[..., 0], way[..., 1])
+    if not len(points):
+        return np.empty((0, 2), np.int64), np.empty(0)
+    tree = cKDTree(points)
+    near = tree.query_pairs(ENTRANCES[-1][1] * WIDER, output_type="ndarray")
+    way = points[near[:, 1]] - points[near[:, 0]]
+    length = np.hypot(*way.T)
     apart = np.any([(least <= length) & (length <= most) for least, most in ENTRANCES], 0)
-    sides = _sides(way, directions, l_shaped)
+    near, way, length = near[apart], way[apart], length[apart]
+    here, there = (
+        _sides(sign * way, directions[end], l_shaped[end]) for sign, end in zip((1, -1), near.T, strict=True)
+    )
     # Seen from the other point the line runs the other way: what is left of it there is right of it here.
-    agreed = sides & (((sides & LEFT) * RIGHT) | ((sides & RIGHT) // RIGHT)).T
-    for i, j in np.argwhere(np.triu(apart & ((agreed == LEFT) | (agreed == RIGHT)), 1)).tolist():
-        sure = min(confidence[i], confidence[j]) * (1 - _between(i, j, way, length, confidence))
+    agreed = here & (((there & LEFT) * RIGHT) | ((there & RIGHT) // RIGHT))
+    for k in np.flatnonzero((agreed == LEFT) | (agreed == RIGHT)).tolist():
+        i, j = near[k].tolist()
+        # On a way that turns so little the third point is nearer to each than they are to each other.
+        others = np.array(tree.query_ball_point(points[i], length[k] * WIDER))
+        third = _between(points[i], points[j], points[others])
+        sure = min(confidence[i], confidence[j]) * (1 - confidence[others[third]].max(initial=0.0))
         if sure > 0:
-            found.append((-sure, (i, j) if agreed[i, j] == LEFT else (j, i)))
+            found.append((-sure, (i, j) if agreed[k] == LEFT else (j, i)))
     found.sort()
     slots = np.array([slot for _, slot in found], np.int64).reshape(-1, 2)
     return slots, np.array([-sure for sure, _ in found], np.float64)
 
 
 def _sides(way: np.ndarray, directions: np.ndarray, l_shaped: np.ndarray) -> np.ndarray:
-    """(N, N) int: on which side of the line from i to j the point i allows a slot."""
+    """(N,) int: on which side of the lines (N, 2) that run from them points allow a slot."""
     # With v down a positive turn is clockwise as seen: to the right.
     turn = np.arctan2(
-        way[..., 0] * directions[:, None, 1] - way[..., 1] * directions[:, None, 0],
-        (way * directions[:, None]).sum(-1),
+        way[:, 0] * directions[:, 1] - way[:, 1] * directions[:, 0],
+        (way * directions).sum(-1),
     )
     along = np.abs(turn) < ALONG
     left, right = np.abs(turn + math.pi / 2) < ASIDE, np.abs(turn - math.pi / 2) < ASIDE
     # A T points along the entrance line where the slot's own line is the bar; an L that does has its other arm right.
     stem = np.select([along, left, right], [BOTH, LEFT, RIGHT], NEITHER)
     corner = np.select([along, left], [RIGHT, LEFT], NEITHER)
-    return np.where(l_shaped[:, None], corner, stem)
+    return np.where(l_shaped, corner, stem)
 
 
-def _between(i: int, j: int, way: np.ndarray, length: np.ndarray, confidence: np.ndarray) -> float:
-    """How confidently a third point lies between two."""
+def _between(one: np.ndarray, other: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """(N,) bool: which points lie between two."""
+    first, then = points - one, other - points
     with np.errstate(invalid="ignore"):
-        cosine = (way[i] * way[:, j]).sum(-1) / (length[i] * length[:, j])
+        cosine = (first * then).sum(-1) / (np.hypot(*first.T) * np.hypot(*then.T))
     # Neither point lies between itself and the other: there the cosine is no number.
-    third = cosine > BETWEEN
-    return float(confidence[third].max(initial=0.0))
+    return cosine > BETWEEN

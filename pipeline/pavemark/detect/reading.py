@@ -12,6 +12,7 @@ from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Any, NoReturn
 
+import attrs
 import numpy as np
 
 from pavemark.background.reading import read_image
@@ -31,6 +32,22 @@ AT_A_TIME = 16
 
 OPTIONAL = ("curvature", "relief", "shadows", "wet", "glare", "brightness", "noise")
 """Effects that tell the domain of an image; the others are in every image, or in the plate."""
+
+
+@attrs.frozen(eq=False)
+class Unlabelled:
+    """An image that Pavemark made and whose labels cannot be read.
+
+    Attributes
+    ----------
+    name : str
+        As of an `Example`.
+    fault : InputError
+        Why.
+    """
+
+    name: str
+    fault: InputError
 
 
 def examples(
@@ -64,6 +81,18 @@ def examples(
     InputError
         When it is no dataset, has no image, lacks labels, or a line of it is not what it should be.
     """
+    for example in examples_or_faults(dataset, height, only):
+        if isinstance(example, Unlabelled):
+            raise example.fault
+        yield example
+
+
+def examples_or_faults(
+    dataset: Path,
+    height: float | None = None,
+    only: Callable[[int, str], bool] = lambda row, name: True,
+) -> Iterator[Example | Unlabelled]:
+    """The same, for who can do without some of them: in place of an image whose labels cannot be read, why."""
     dataset = Path(dataset)
     if not dataset.is_dir():
         raise InputError(dataset, "is no folder: a dataset is allowed")
@@ -96,7 +125,7 @@ def count(dataset: Path) -> int:
     """
     dataset = Path(dataset)
     ours = (dataset / SELECTION).exists() or (dataset / "job.json").exists()
-    return sum(1 for _ in _lines(dataset / (MANIFEST if ours else LISTED)))
+    return sum(1 for _ in lines(dataset / (MANIFEST if ours else LISTED)))
 
 
 def manifest(dataset: Path) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -110,7 +139,7 @@ def manifest(dataset: Path) -> Iterator[tuple[str, dict[str, Any]]]:
         When it has no manifest, or a line of it is not what it should be.
     """
     path = Path(dataset) / MANIFEST
-    for number, line in _lines(path):
+    for number, line in lines(path):
         yield _name(_image_of(line, path, number)), line
 
 
@@ -170,7 +199,7 @@ def _file(path: Path) -> tuple[int, int] | None:
     return there.st_dev, there.st_ino
 
 
-def _made(folder: Path, manifest: Path, only: Callable[[int, str], bool]) -> Iterator[Example]:
+def _made(folder: Path, manifest: Path, only: Callable[[int, str], bool]) -> Iterator[Example | Unlabelled]:
     record = folder / "job.json"
     told = read_json(record)
     if not isinstance(told, dict):
@@ -179,9 +208,9 @@ def _made(folder: Path, manifest: Path, only: Callable[[int, str], bool]) -> Ite
     if "dmpr" not in formats:
         raise InputError(record, f'formats = {formats}: "dmpr" among them is needed, for marking points and slots')
 
-    def wanted() -> Iterator[Callable[[], Example]]:
+    def wanted() -> Iterator[Callable[[], Example | Unlabelled]]:
         try:
-            for row, (number, line) in enumerate(_lines(manifest)):
+            for row, (number, line) in enumerate(lines(manifest)):
                 name = _image_of(line, manifest, number)
                 if only(row, _name(name)):
                     yield partial(_example, folder, name, line)
@@ -203,11 +232,14 @@ def _refuse(fault: InputError) -> NoReturn:
     raise fault
 
 
-def _example(folder: Path, name: str, line: dict[str, Any]) -> Example:
+def _example(folder: Path, name: str, line: dict[str, Any]) -> Example | Unlabelled:
     """An image that Pavemark made, by its name and its line of the manifest."""
     stem = PurePosixPath(name).stem
-    points, directions, l_shaped, slots = _dmpr(folder / "labels" / "dmpr" / f"{stem}.json")
-    frame, groups = _scene(folder / "scenes" / f"{stem}.json")
+    try:
+        points, directions, l_shaped, slots = _dmpr(folder / "labels" / "dmpr" / f"{stem}.json")
+        frame, groups = _scene(folder / "scenes" / f"{stem}.json")
+    except InputError as fault:
+        return Unlabelled(_name(name), fault)
     return Example(
         name=_name(name),
         image=folder / name,
@@ -270,7 +302,7 @@ def _dmpr(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 
 def _listed(dataset: Path, height: float | None) -> Iterator[Example]:
     path = dataset / LISTED
-    for number, line in _lines(path):
+    for number, line in lines(path):
         where = f"{path}:{number}"
         name, width, tall = (_field(line, field, where) for field in ("image", "w", "h"))
         scale = line.get("scale")
@@ -345,7 +377,7 @@ def _field(line: dict[str, Any], field: str, where: str) -> Any:
     return value
 
 
-def _lines(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
+def lines(path: Path) -> Iterator[tuple[int, dict[str, Any]]]:
     """Lines of a file of JSON records, with their numbers from 1."""
     try:
         # Editors of some systems put a byte order mark before the text.

@@ -135,27 +135,52 @@ def of_found(pairs: Iterable[tuple[Example, Found]], tolerance: float = TOLERANC
     InputError
         When there is no image, a name occurs twice, or some have slots labelled and others have not.
     """
-    names: dict[str, None] = {}
+    seen = Alike()
     groups: list[dict[str, str]] = []
     points, slots = _Counting(), _Counting()
-    labelled = None
     for example, what in pairs:
-        if example.name in names:
-            raise InputError(example.name, "is in the set twice: once is allowed")
-        if labelled is None:
-            labelled = example.slots is not None
-        elif labelled != (example.slots is not None):
-            few = "has slots labelled, which images before it have not" if not labelled else "has no slots labelled"
-            raise InputError(example.name, f"{few}: a set all of whose images are labelled alike is allowed")
+        seen.hold(example)
         near = radius(example.frame, tolerance)
-        names[example.name] = None
         groups.append(example.groups)
         points.add(what.points, np.reshape(example.points, (-1, 2)), near)
-        if labelled:
+        if seen.labelled:
             slots.add(what.slots, true_slots(example), near)
-    if not names:
+    if not seen.names:
         raise InputError("the set", "holds no image: at least one is needed")
-    return Judged(tuple(names), tuple(groups), points.tally(), slots.tally() if labelled else None)
+    return Judged(tuple(seen.names), tuple(groups), points.tally(), slots.tally() if seen.labelled else None)
+
+
+class Alike:
+    """What the images of a set have to have in common to be judged by.
+
+    Attributes
+    ----------
+    names : dict of str to None
+        In their order.
+    labelled : bool or None
+        Whether slots are labelled; None before the first image.
+    """
+
+    def __init__(self) -> None:
+        self.names: dict[str, None] = {}
+        self.labelled: bool | None = None
+
+    def hold(self, example: Example) -> None:
+        """Hold that an image is like those before it.
+
+        Raises
+        ------
+        InputError
+            When it was there before, or has slots labelled where they have not, or has not where they have.
+        """
+        if example.name in self.names:
+            raise InputError(example.name, "is in the set twice: once is allowed")
+        slots = example.slots is not None
+        if self.labelled not in (None, slots):
+            few = "has slots labelled, which images before it have not" if slots else "has no slots labelled"
+            raise InputError(example.name, f"{few}: a set all of whose images are labelled alike is allowed")
+        self.names[example.name] = None
+        self.labelled = slots
 
 
 class _Counting:

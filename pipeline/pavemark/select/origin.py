@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from pavemark.detect.example import Example
-from pavemark.detect.reading import LISTED, SELECTION, source
+from pavemark.detect.reading import LISTED, SELECTION, lines, source
 from pavemark.errors import InputError
 from pavemark.records import read_json
 
@@ -19,7 +19,9 @@ GROWS = {"count", "images", "masks", "plates", "calibration"}
 
 
 def dataset_hash(dataset: Path) -> str:
-    """What a dataset is: the job that made it, or the first line of a list. A selection is of its dataset.
+    """What a dataset is: the job that made it, or the first image of a list. A selection is of its dataset.
+
+    The labels of a list may be corrected, as those of a job's images may: `mark` knows.
 
     Raises
     ------
@@ -34,7 +36,8 @@ def dataset_hash(dataset: Path) -> str:
         return _hash(json.dumps({name: told[name] for name in told if name not in GROWS}, sort_keys=True).encode())
     if not (folder / LISTED).exists():
         raise InputError(folder, "is no dataset: a folder that pavemark render or select wrote is allowed")
-    return _hash(_read(folder / LISTED).split(b"\n", 1)[0].strip())
+    first = next(lines(folder / LISTED), (1, {}))[1]
+    return _hash(json.dumps(first.get("image")).encode())
 
 
 def selection_hash(dataset: Path) -> str:

@@ -19,6 +19,7 @@ from pavemark import __version__, files
 from pavemark.detect import reading
 from pavemark.detect.detection import Detector
 from pavemark.detect.example import Example
+from pavemark.detect.reading import Unlabelled
 from pavemark.errors import InputError
 from pavemark.select import shards
 from pavemark.select.origin import dataset_hash, mark, selection_hash
@@ -115,8 +116,9 @@ def score(
     made, lacking, empty = 0, 0, []
     with watcher.of(max(0, images - before)), _threads(workers) as pool:
         for number, span in _spans(_of(dataset, height, mine), mine):
-            here = {row.mark: row for row in kept.rows(number)}
-            marks = list(pool(mark, span))
+            there = kept.rows(number)
+            here = {row.mark: row for row in there}
+            marks = list(pool(_marked, span))
             missing = [example for example, each in zip(span, marks, strict=True) if each not in here]
             fresh: dict[str, Row] = {}
             for example, result in zip(missing, pool(judge.row, missing), strict=True):
@@ -131,7 +133,7 @@ def score(
             made, lacking = made + len(fresh), lacking + len(span) - len(rows)
             if not rows:
                 empty.append(shards.path_of(out, number))
-            elif fresh or len(rows) != len(here):
+            elif [row.mark for row in rows] != [row.mark for row in there]:  # others, or in another order
                 shards.write(shards.path_of(out, number), number, rows, origin)
     if lacking == images and images:
         raise InputError(dataset, f"none of its {images} images can be scored")
@@ -198,8 +200,10 @@ class _Judge:
     opened: Callable[[], Detector]
     own: threading.local = attrs.field(factory=threading.local)
 
-    def row(self, example: Example) -> Row | InputError:
+    def row(self, example: Example | Unlabelled) -> Row | InputError:
         """The row of an image, or why the image has none; a detector that is of no use is raised."""
+        if isinstance(example, Unlabelled):
+            return example.fault
         if not hasattr(self.own, "detector"):
             self.own.detector = self.opened()
         try:
@@ -235,12 +239,16 @@ def _checked(
     return found
 
 
-def _of(dataset: Path, height: float | None, mine: range) -> Iterator[Example]:
+def _marked(example: Example | Unlabelled) -> bytes | None:
+    return None if isinstance(example, Unlabelled) else mark(example)
+
+
+def _of(dataset: Path, height: float | None, mine: range) -> Iterator[Example | Unlabelled]:
     """The images of the shards of this part: the labels of others are not opened."""
-    return reading.examples(dataset, height, only=lambda row, _: row // ROWS in mine)
+    return reading.examples_or_faults(dataset, height, only=lambda row, _: row // ROWS in mine)
 
 
-def _spans(examples: Iterable[Example], mine: range) -> Iterator[tuple[int, list[Example]]]:
+def _spans(examples: Iterable[Example | Unlabelled], mine: range) -> Iterator[tuple[int, list[Example | Unlabelled]]]:
     """The images of each shard of this part, one shard's at a time."""
     examples = iter(examples)
     for number in mine:

@@ -10,7 +10,17 @@ from typing import Any
 import attrs
 
 from pavemark import __version__, files
-from pavemark.detect.reading import MANIFEST, SELECTION, examples, hold_labelled, manifest, picture, source
+from pavemark.detect.reading import (
+    MANIFEST,
+    SELECTION,
+    Unlabelled,
+    examples,
+    examples_or_faults,
+    hold_labelled,
+    manifest,
+    picture,
+    source,
+)
 from pavemark.errors import InputError
 from pavemark.records import read_json
 from pavemark.select import report, scores
@@ -122,15 +132,17 @@ def unreadable(dataset: Path, scored: Sequence[Scores]) -> dict[str, InputError]
     Raises
     ------
     InputError
-        When the scores are of another dataset, or the labels of such an image cannot be read.
+        When the scores are of another dataset.
     """
     for each in scored:
         _hold_of(each, dataset)
     there = set.intersection(*({each.name for each in one.candidates} for one in scored))
     lacking = {name for name, _ in manifest(dataset) if name not in there}
     found: dict[str, InputError] = {}
-    for example in examples(dataset, only=lambda _, name: name in lacking) if lacking else ():
+    for example in examples_or_faults(dataset, only=lambda _, name: name in lacking) if lacking else ():
         try:
+            if isinstance(example, Unlabelled):
+                raise example.fault
             hold_labelled(example)
             picture(example)
         except InputError as error:

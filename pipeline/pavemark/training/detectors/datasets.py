@@ -5,9 +5,11 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 from pavemark.detect.example import Example
-from pavemark.detect.reading import picture
+from pavemark.detect.reading import AT_A_TIME, picture
 from pavemark.detect.scaling import size_at
 from pavemark.errors import InputError
 from pavemark.training.detectors.lessons import Lesson, at_scale
@@ -66,21 +68,26 @@ def largest(examples: Sequence[Example], pixels_per_metre: float, stride: int) -
 
 
 def digest(examples: Sequence[Example]) -> str:
-    """A hash of names, labels and sizes, of files too: what tells datasets apart.
+    """A hash of names, labels and pictures: what tells datasets apart.
 
     Raises
     ------
     InputError
-        When a picture is not there.
+        When a picture cannot be read.
     """
     told = hashlib.sha256()
-    for example in examples:
-        frame = example.frame
-        labels = (example.points, example.directions, example.l_shaped, example.slots)
-        known = [None if each is None else each.tolist() for each in labels]
-        told.update(json.dumps([example.name, frame.width, frame.height, frame.scale, *known]).encode())
-        try:
-            told.update(str(example.image.stat().st_size).encode())
-        except OSError as error:
-            raise InputError(example.image, f"cannot be read: {error.strerror}") from None
+    with ThreadPoolExecutor(AT_A_TIME) as crew:
+        for example, seen in zip(examples, crew.map(_hashed, [example.image for example in examples]), strict=True):
+            frame = example.frame
+            labels = (example.points, example.directions, example.l_shaped, example.slots)
+            known = [None if each is None else each.tolist() for each in labels]
+            told.update(json.dumps([example.name, frame.width, frame.height, frame.scale, seen, *known]).encode())
     return told.hexdigest()
+
+
+def _hashed(image: Path) -> str:
+    try:
+        with image.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise InputError(image, f"cannot be read: {error.strerror}") from None
