@@ -55,11 +55,11 @@ def test_scores_and_selects(dataset, model, tmp_path, capfd):
     assert losses == dict(sorted(losses.items(), key=lambda each: (each[1], each[0])))
 
 
-@pytest.mark.parametrize("strategy", ["cfds", "ehds", "random", "coverage", "learnable"])
+@pytest.mark.parametrize("strategy", ["cfds", "ehds", "random", "coverage", "learnable", "like-real"])
 def test_every_strategy_with_every_modifier(dataset, model, tmp_path, strategy):
     scored, out = tmp_path / "scores", tmp_path / "kept"
     run("score", dataset, "--model", model, "--out", scored, "--quiet")
-    learner = ("--scores-learner", scored) if strategy == "learnable" else ()
+    learner = {"learnable": ("--scores-learner", scored), "like-real": ("--scores-real", scored)}.get(strategy, ())
     words = ("--cap-per-plate", "3", "--drop-hardest", "0.1", "--near-duplicates", "1e-9", "--seed", "3", "--quiet")
     assert (
         run("select", dataset, "--scores", scored, "--keep", 2, "--out", out, "--strategy", strategy, *learner, *words)
@@ -164,6 +164,8 @@ def test_score_options(dataset, model, tmp_path, capfd, words, said):
         (("--keep", "13"), "--keep: 13: 12 of 12 images are left"),
         (("--keep", "3", "--strategy", "best"), "'best' is not one of"),
         (("--keep", "3", "--strategy", "learnable"), "--scores-learner"),
+        (("--keep", "3", "--strategy", "like-real"), "--scores-real: goes with --strategy like-real, and it needs it"),
+        (("--keep", "3", "--scores-real", "x"), "--scores-real: goes with --strategy like-real"),
         (("--keep", "3", "--scores-learner", "x"), "--scores-learner: goes with --strategy learnable"),
         (("--keep", "3", "--near-duplicates", "0"), "near-duplicates"),
         (("--keep", "3", "--near-duplicates", "nan"), "nan: a finite number"),

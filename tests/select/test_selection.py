@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 
+import attrs
 import numpy as np
 import pytest
 from scored import ORIGIN, row, scores
@@ -92,6 +93,32 @@ def test_learnable_takes_two_scores(dataset, scored, tmp_path):
         ("images/000001", 1),
         ("images/000003", 2),
     ]
+
+
+def test_like_real_takes_scores_of_real_images(dataset, tmp_path):
+    """Image k looks k · 10° from the first; of the real ones two look like 6, one like 2."""
+    way = [(np.cos(np.radians(10 * k)), np.sin(np.radians(10 * k))) for k in range(COUNT)]
+    scored = scores(tmp_path / "scores", dataset, [(*row, way[k]) for k, row in enumerate(rows([0.5] * COUNT))])
+    lines = [{"image": f"{name}.png", "w": 48, "h": 96, "scale": 22.7, "points": []} for name in "abc"]
+    streets = listed(tmp_path / "streets", *lines)
+    real = scores(tmp_path / "real", streets, [("a", 0.1, None, None, way[6]), ("b", 0.1, None, None, way[6])])
+    wanted = Wanted("like-real", 2)
+    select(dataset, scored, tmp_path / "two", wanted, real=real)
+    assert [line["name"] for line in kept(tmp_path / "two") if line["rank"] == 1] == ["images/000006"]
+    told = json.loads((tmp_path / "two" / "selection.json").read_text())
+    assert len(told["real"]) == 64 and told["real"] in (tmp_path / "two" / "report.html").read_text()
+
+    both = [("a", 0.1, None, None, way[6]), ("b", 0.1, None, None, way[6]), ("c", 0.1, None, None, way[2])]
+    more = scores(tmp_path / "more", streets, both)
+    select(dataset, scored, tmp_path / "three", wanted, real=more)
+    # 5 is between them, 2 cos 10° + cos 30° in all; then 2 adds more than 6 does.
+    ranked = {line["rank"]: line["name"] for line in kept(tmp_path / "three")}
+    assert ranked == {1: "images/000005", 2: "images/000002"}
+    with pytest.raises(InputError, match="holds another selection: real was"):
+        select(dataset, scored, tmp_path / "two", wanted, real=more)
+    other = scores(tmp_path / "other", streets, both, attrs.evolve(ORIGIN, model="another"))
+    with pytest.raises(InputError, match=r"other: holds scores of the detector another: of model, as .*scores, are"):
+        select(dataset, scored, tmp_path / "four", wanted, real=other)
 
 
 def test_a_selection_of_a_selection(dataset, scored, tmp_path):

@@ -108,7 +108,8 @@ def test_no_order_of_the_input_matters(strategy):
     wanted = Wanted(strategy, 5, seed=2, drop_hardest=0.1, near_duplicates=0.01, cap_per_plate=6)
 
     def kept(order):
-        return names(chosen(order, wanted, learner, lambda of: np.array([embedding[name] for name in of])))
+        real = np.array([[1.0, 0.1], [0.2, 1.0]], np.float32)
+        return names(chosen(order, wanted, learner, lambda of: np.array([embedding[name] for name in of]), real))
 
     first = kept(candidates)
     assert len(set(first)) == 5

@@ -38,6 +38,7 @@ def test_some_rows_alone(tmp_path):
         ('strategy = "cfds"', "", "keep = 3: with a strategy"),
         ('strategy = "cfds"', 'strategy = "best"', "strategy"),
         ('"cfds"', '"learnable"\nscored_by = "learner"', "easiest: scored_by = 'learner': with 'learnable' it is not"),
+        ('"cfds"', '"like-real"\nscored_by = "learner"', "easiest: scored_by = 'learner': with 'like-real' it is not"),
         ('"cfds"', '"cfds"\nscored_by = "nobody"', "scored_by"),
         ("real = 1.0", "", "real: neither real nor pools"),
         ("real = 1.0", "real = 1.5", "1.5"),

@@ -4,6 +4,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import attrs
+import numpy as np
 import pytest
 
 from pavemark.errors import InputError
@@ -52,6 +53,20 @@ def test_the_hardest_are_dropped_by_who_scores():
     anything = Row("anything", pools=("base",), strategy="random", keep=3, drop_hardest=0.25)
     assert set(chosen(anything)) == {"a", "b", "c"}
     assert set(chosen(attrs.evolve(anything, scored_by="learner"))) == {"a", "c", "d"}
+
+
+def test_like_real_looks_at_what_the_real_images_look_like():
+    looks = {"a": (1.0, 0.0), "b": (0.0, 1.0), "c": (-1.0, 0.0), "d": (0.1, -1.0)}
+    known = [Candidate(name, 0.1) for name in looks]
+    pool = SimpleNamespace(candidates=known, embeddings=lambda names: np.array([looks[name] for name in names]))
+    row = Row("like", pools=("base",), strategy="like-real", keep=2)
+
+    def kept(*real):
+        data = attrs.evolve(DATA, scores={"base": pool}, seen=np.array(real, np.float32))
+        return [example.name for example in synthetic(row, data, 0)]
+
+    assert kept((0.0, -1.0), (0.0, -1.0), (0.0, 1.0)) == ["base/d", "base/b"]
+    assert kept((-1.0, 0.0), (1.0, 0.0), (1.0, 0.0)) == ["base/a", "base/c"]
 
 
 def test_more_than_there_are_is_told_with_the_row():

@@ -215,6 +215,7 @@ def test_results_are_of_the_split_that_they_were_judged_by(wanted, tmp_path, mon
     monkeypatch.setattr(sweeping, "judge", judge)
     monkeypatch.setattr(sweeping, "opened", Path)
     monkeypatch.setattr(sweeping, "train_all", lambda *given: None)
+    monkeypatch.setattr(runs, "model", lambda run, folder: folder / "model.onnx")
     splits = [(("a", "b"), ("c", "d")), (("a",), ("b", "c", "d")), (("a", "b"), ("c", "d"))]
     found = []
     for number, (validation, test) in enumerate(splits):

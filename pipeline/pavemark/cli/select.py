@@ -9,7 +9,7 @@ import click
 from pavemark.cli.words import LAST_SEED, Folder, Number
 from pavemark.errors import InputError
 from pavemark.job.progress import shown
-from pavemark.select.choice import STRATEGIES, Wanted
+from pavemark.select.choice import LIKE_REAL, STRATEGIES, Wanted
 from pavemark.select.material import WAYS
 
 LEARNABLE = "learnable"
@@ -40,6 +40,7 @@ MOST = 10**9
     show_default=True,
     help="For learnable: beyond this quantile of the loss under --scores nothing can be learned.",
 )
+@click.option("--scores-real", metavar="SCORES", type=Folder(path_type=Path), help="Of real images, for like-real.")
 @click.option("--cap-per-plate", metavar="K", type=click.IntRange(1), help="Most images of one plate.")
 @click.option("--drop-hardest", metavar="SHARE", type=Number(0, 1), default=0.0, help="Of most loss: never.")
 @click.option(
@@ -50,7 +51,14 @@ MOST = 10**9
 )
 @click.option("--quiet", is_flag=True, help="Say only what goes wrong.")
 def select(
-    dataset: Path, scores: Path, out: Path, materialize: str | None, scores_learner: Path | None, quiet: bool, **asked
+    dataset: Path,
+    scores: Path,
+    out: Path,
+    materialize: str | None,
+    scores_learner: Path | None,
+    scores_real: Path | None,
+    quiet: bool,
+    **asked,
 ) -> int:
     """Keep the images of a dataset that help a detector most.
 
@@ -60,6 +68,7 @@ def select(
     random     any, by --seed
     coverage   evenly over how hard they are, domains and plates
     learnable  much loss under --scores-learner, little under --scores
+    like-real  for each image of --scores-real one that looks most like it
     """
     # Blender's Python, which renders through this command line, has no pyarrow.
     from pavemark.select import selection  # noqa: PLC0415
@@ -67,6 +76,8 @@ def select(
 
     if (asked["strategy"] == LEARNABLE) != (scores_learner is not None):
         raise InputError("--scores-learner", f"goes with --strategy {LEARNABLE}, and it needs it")
+    if (asked["strategy"] == LIKE_REAL) != (scores_real is not None):
+        raise InputError("--scores-real", f"goes with --strategy {LIKE_REAL}, and it needs it")
     progress = shown(quiet)
     with progress.of(asked["keep"]):
         came = selection.select(
@@ -75,6 +86,7 @@ def select(
             out,
             Wanted(**asked),
             scores_learner,
+            scores_real,
             materialize,
             lambda: progress.step(lacking=False),
             progress.tell,

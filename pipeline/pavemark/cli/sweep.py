@@ -10,9 +10,10 @@ from pavemark import files
 from pavemark.cli.select import LEARNABLE, STRATEGIES
 from pavemark.cli.words import LAST_SEED, Folder, Number
 from pavemark.job.folder import spare
+from pavemark.select.choice import LIKE_REAL
 from pavemark.system import cores
 
-ORDERS = tuple(strategy for strategy in STRATEGIES if strategy != LEARNABLE)
+ORDERS = tuple(strategy for strategy in STRATEGIES if strategy not in (LEARNABLE, LIKE_REAL))
 """Strategies that need no scores but those of one detector."""
 
 

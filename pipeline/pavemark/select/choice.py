@@ -12,9 +12,12 @@ from pavemark.errors import InputError
 from pavemark.records import within
 from pavemark.select import modifiers, strategies
 from pavemark.select.candidate import Candidate
+from pavemark.select.like_real import like_real
 from pavemark.select.near_duplicates import distinct
 
-STRATEGIES = ("cfds", "ehds", "random", "coverage", "learnable")
+LIKE_REAL = "like-real"
+
+STRATEGIES = ("cfds", "ehds", "random", "coverage", "learnable", LIKE_REAL)
 
 
 @attrs.frozen
@@ -24,7 +27,7 @@ class Wanted:
     Attributes
     ----------
     strategy : str
-        One of `STRATEGIES`, each a function of `pavemark.select.strategies`.
+        One of `STRATEGIES`, each a function of `pavemark.select.strategies` or, "like-real", of a module of its own.
     keep : int
         Images.
     seed : int
@@ -56,6 +59,7 @@ def chosen(
     wanted: Wanted,
     learner: dict[str, float] | None = None,
     embeddings: Callable[[Sequence[str]], np.ndarray] | None = None,
+    real: np.ndarray | None = None,
 ) -> list[Candidate]:
     """The images that are kept, the first to be kept first.
 
@@ -70,7 +74,9 @@ def chosen(
     learner : dict of str to float or None
         Losses under the detector that is to learn, by name: "learnable" needs them.
     embeddings : callable or None
-        From names to an array (N, E) float32; `near_duplicates` needs it.
+        From names to an array (N, E) float32; `near_duplicates` and "like-real" need it.
+    real : ndarray (R, E) float32, or None
+        Embeddings of real images by the same detector: "like-real" needs them.
 
     Raises
     ------
@@ -78,14 +84,15 @@ def chosen(
         When fewer images are left than are to be kept, or the strategy cannot order them.
     """
     left = modifiers.without_hardest(candidates, wanted.drop_hardest)
-    order = _ordered(left, wanted, learner)
+    order = _ordered(left, wanted, learner, embeddings, real)
     walk: Iterable[Candidate] = order
     if wanted.near_duplicates is not None:
+        order = list(order)
         walk = distinct(order, embeddings([each.name for each in order]), wanted.near_duplicates)
     if wanted.cap_per_plate is not None:
         walk = modifiers.capped(walk, wanted.cap_per_plate)
     if wanted.strategy == "coverage" and walk is not order:
-        walk = _ordered(list(walk), wanted, learner)
+        walk = _ordered(list(walk), wanted, learner, embeddings, real)
     kept = list(itertools.islice(walk, wanted.keep))
     if len(kept) < wanted.keep:
         left = f"{len(kept)} of {len(candidates)} images are left to choose from"
@@ -93,12 +100,19 @@ def chosen(
     return kept
 
 
-def _ordered(candidates: Sequence[Candidate], wanted: Wanted, learner: dict[str, float] | None) -> list[Candidate]:
+def _ordered(
+    candidates: Sequence[Candidate],
+    wanted: Wanted,
+    learner: dict[str, float] | None,
+    embeddings: Callable[[Sequence[str]], np.ndarray] | None,
+    real: np.ndarray | None,
+) -> Iterable[Candidate]:
     orders = {
         "cfds": lambda: strategies.cfds(candidates),
         "ehds": lambda: strategies.ehds(candidates),
         "random": lambda: strategies.random(candidates, wanted.seed),
         "coverage": lambda: strategies.coverage(candidates, wanted.seed, wanted.quantiles),
         "learnable": lambda: strategies.learnable(candidates, learner or {}, wanted.learnable),
+        LIKE_REAL: lambda: like_real(candidates, embeddings([each.name for each in candidates]), real),
     }
     return orders[wanted.strategy]() if candidates else []

@@ -118,6 +118,7 @@ def _asked(told: dict[str, Any]) -> str:
         "most of a plate": told["cap_per_plate"],
         "scored by": f"{told['family']} {told['model']}",
         "that learns": told["learner"] and f"{told['learner_family']} {told['learner']}",
+        "like real images whose embeddings are": told["real"],
         "pavemark": told["pavemark"],
     }
     rows = (

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import attrs
+import numpy as np
 
 from pavemark import __version__, files
 from pavemark.detect.reading import (
@@ -57,6 +59,7 @@ def select(
     out: Path,
     wanted: Wanted,
     learner: Path | None = None,
+    real: Path | None = None,
     way: str | None = None,
     step: Callable[[], None] = lambda: None,
     tell: Callable[[str], None] = lambda line: None,
@@ -76,6 +79,8 @@ def select(
     wanted : Wanted
     learner : Path or None
         Scores under the detector that is to learn, for the strategy "learnable".
+    real : Path or None
+        Scores of real images under the detector of `scored`, for the strategy "like-real".
     way : str or None
         One of `pavemark.select.material.WAYS`: the images and labels are put into the folder.
     step : callable
@@ -97,14 +102,15 @@ def select(
     reference = scores.read(scored)
     other = None if learner is None else scores.read(learner)
     both = [reference] if other is None else [reference, other]
+    shown = None if real is None else _seen(scores.read(real), reference)
     gone = unreadable(dataset, both)
     candidates, *_ = [of_dataset(each, dataset, gone) for each in both]
     files.writable(out)
-    kept = chosen(candidates, wanted, other and other.losses(), reference.embeddings)
+    kept = chosen(candidates, wanted, other and other.losses(), reference.embeddings, shown)
     hold_as_scored(dataset, {each.name for each in kept}, both)
     for fault in gone.values():
         tell(f"left out: {fault}")
-    told = record(dataset, out, wanted, reference.origin, other and other.origin, way is not None)
+    told = record(dataset, out, wanted, reference.origin, other and other.origin, shown, way is not None)
     claim(out, dataset, told)
     files.sweep(out)
     if way is not None:
@@ -214,13 +220,29 @@ def hold_as_scored(dataset: Path, names: Container[str], scored: Iterable[Scores
                 raise InputError(example.image, f"{what}: pavemark score brings {folder} up to date")
 
 
+def _seen(real: Scores, reference: Scores) -> np.ndarray:
+    """What real images look like to the detector that scored the candidates."""
+    if real.origin.model != reference.origin.model:
+        theirs, ours = real.origin.model[:12], reference.origin.model[:12]
+        raise InputError(
+            real.folder, f"holds scores of the detector {theirs}: of {ours}, as {reference.folder}, are allowed"
+        )
+    return real.embeddings([each.name for each in real.candidates])
+
+
 def _hold_of(scores: Scores, dataset: Path) -> None:
     if scores.origin.dataset != dataset_hash(dataset):
         raise InputError(scores.folder, f"holds scores of another dataset than {dataset}")
 
 
 def record(
-    dataset: Path, out: Path, wanted: Wanted, scored: Origin, learner: Origin | None, standalone: bool
+    dataset: Path,
+    out: Path,
+    wanted: Wanted,
+    scored: Origin,
+    learner: Origin | None,
+    shown: np.ndarray | None,
+    standalone: bool,
 ) -> dict[str, Any]:
     """What `selection.json` says.
 
@@ -230,6 +252,8 @@ def record(
     wanted : Wanted
     scored, learner : Origin
         Of the scores, and of those of the detector that is to learn.
+    shown : ndarray (R, E) or None
+        Embeddings of real images.
     standalone : bool
         Whether the kept images with their labels are in the folder of the selection, too.
     """
@@ -243,6 +267,7 @@ def record(
         "model": scored.model,
         "learner_family": learner and learner.family,
         "learner": learner and learner.model,
+        "real": None if shown is None else hashlib.sha256(shown.tobytes()).hexdigest(),
         "pavemark": __version__,
     }
 

@@ -8,15 +8,18 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import attrs
+import numpy as np
 
 from pavemark import files
 from pavemark.detect.example import Example
 from pavemark.detect.learned import opened
+from pavemark.detect.reading import picture
 from pavemark.errors import InputError
 from pavemark.evaluate.ensembles import VOTES
 from pavemark.job.progress import shown
 from pavemark.records import read_json
 from pavemark.select import scores as scored
+from pavemark.select.choice import LIKE_REAL
 from pavemark.select.scores import Scores
 from pavemark.select.scoring import score, versions
 from pavemark.study import pools, runs
@@ -94,6 +97,8 @@ def conduct(study: Study, folder: Path, workers: int, tell: Tell, only_told: boo
     wanted = sorted({pool for row in study.rows if row.strategy != ALL for pool in row.pools})
     data = attrs.evolve(data, scores=_scores(wanted, made, trial, folder, workers, tell))
     rows = study.rows
+    if any(row.strategy == LIKE_REAL for row in study.rows):
+        data = attrs.evolve(data, seen=_seen(data.real, runs.model(trial.runs[0], folder)))
     learning = {row.learner: trials(study, [row.learner], data)[0] for row in rows if row.learner}
     if only_told:
         learning = {learner: trial for learner, trial in learning.items() if _trained(trial, folder)}
@@ -171,6 +176,12 @@ def _scores(
         score(made[pool], lambda: opened(model), out, shown(True), workers)
         found[pool] = scored.read(out)
     return found
+
+
+def _seen(real: Sequence[Example], model: Path) -> np.ndarray:
+    """What real images look like to a detector."""
+    detector = opened(model)
+    return np.array([detector.embedding(picture(example), example.frame) for example in real], np.float32)
 
 
 def _verdicts(study: Study, trial: Trial, parts: dict[str, list[Example]], folder: Path) -> list[Verdict]:

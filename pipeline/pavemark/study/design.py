@@ -10,7 +10,7 @@ import attrs
 
 from pavemark.errors import InputError
 from pavemark.records import one_of, structure, within
-from pavemark.select.choice import STRATEGIES
+from pavemark.select.choice import LIKE_REAL, STRATEGIES
 
 LEARNABLE = "learnable"
 """The strategy that goes by both losses."""
@@ -131,7 +131,7 @@ class Row:
             raise ValueError(f"{self.name}: keep = {self.keep}: with a strategy it is allowed, and {ALL} keeps all")
         if self.strategy != ALL and (self.keep is None or not self.pools):
             raise ValueError(f"{self.name}: strategy = {self.strategy!r}: pools and keep are needed")
-        if self.scored_by == LEARNER and self.strategy in (ALL, LEARNABLE):
+        if self.scored_by == LEARNER and self.strategy in (ALL, LEARNABLE, LIKE_REAL):
             raise ValueError(f"{self.name}: scored_by = {LEARNER!r}: with {self.strategy!r} it is not allowed")
         if not self.seeds or len(set(self.seeds)) < len(self.seeds):
             raise ValueError(f"{self.name}: seeds = {list(self.seeds)}: at least one, and each once, are allowed")

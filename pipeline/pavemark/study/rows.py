@@ -30,12 +30,15 @@ class Data:
         Of the pools, by a detector that has learned from real images.
     learners : dict of Row to dict of str to Scores
         The same by each `Row.learner`.
+    seen : ndarray (R, E) or None
+        What `real` looks like to who scored the pools; None where no row asks.
     """
 
     real: tuple[Example, ...]
     pools: Mapping[str, tuple[Example, ...]]
     scores: Mapping[str, Scores] = attrs.field(factory=dict)
     learners: Mapping[Row, Mapping[str, Scores]] = attrs.field(factory=dict)
+    seen: np.ndarray | None = None
 
 
 def synthetic(row: Row, data: Data, seed: int) -> list[Example]:
@@ -67,7 +70,7 @@ def synthetic(row: Row, data: Data, seed: int) -> list[Example]:
         return _embeddings(names, row.pools, scores)
 
     try:
-        return [examples[each.name] for each in chosen(found, wanted, learner, embeddings)]
+        return [examples[each.name] for each in chosen(found, wanted, learner, embeddings, data.seen)]
     except InputError as error:
         raise InputError(f"rows: {row.name}", str(error)) from None
 

@@ -72,7 +72,7 @@ def train_detector(
     threads : int
         Of torch. Another number gives other last bits.
     rate : float
-        Largest learning rate; a tenth of RATE where the start is one that was trained.
+        Largest learning rate; a part of RATE where the start is one that was trained.
     start : dict of str to Tensor, or None
         Weights (`state_dict`) to begin from, those of its family or of the points alone.
     state : Path or None
