@@ -61,6 +61,16 @@ def test_who_stands_for_most_comes_first_and_each_real_image_has_its_own():
     assert got[0] == "c" and got[1] == "a" and got[-1] == "e"
 
 
+def test_what_the_cap_leaves_out_stands_for_no_real_image():
+    """b looks like the third, but its plate has given its one image: c, of another plate, is the next best."""
+    seen = {"a": (1.0, 0.0, "p"), "b": (0.0, 1.0, "p"), "c": (-0.05, 1.0, "q"), "d": (1.0, -0.2, "r")}
+    candidates = [Candidate(name, 0.0, plate) for name, (_, _, plate) in seen.items()]
+    looks, real = np.array([each[:2] for each in seen.values()]), np.array([(1, 0), (1, 0), (0, 1)])
+    wanted = Wanted("like-real", 2, cap_per_plate=1)
+    assert [each.name for each in chosen(candidates, wanted, None, lambda names: looks, real)] == ["a", "c"]
+    assert [each.name for each in like_real(candidates, looks, real, 1)] == ["a", "c", "d"]
+
+
 def test_a_part_of_the_order_is_its_beginning():
     rng = np.random.default_rng(0)
     candidates, seen, real = (

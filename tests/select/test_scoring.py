@@ -287,13 +287,22 @@ def test_one_image_that_cannot_be_scored(dataset, tmp_path, harm):
     assert contents(tmp_path / "scores") == contents(tmp_path / "fresh")
 
 
-@pytest.mark.parametrize("file", ["labels/dmpr/000005.json", "scenes/000005.json"])
-def test_one_image_whose_labels_cannot_be_read(dataset, tmp_path, file):
+@pytest.mark.parametrize(
+    ("file", "text"),
+    [
+        ("labels/dmpr/000005.json", "{"),
+        ("labels/dmpr/000005.json", '{"marks": [[1' + "0" * 400 + ', 1, 2, 2, 1]], "slots": []}'),
+        ("scenes/000005.json", "{"),
+        ("scenes/000005.json", '{"plate": {}, "slots": [{"kind": 1}]}'),
+        ("scenes/000005.json", '{"plate": {}, "slots": [{"kind": null}, {"kind": "a"}]}'),
+    ],
+)
+def test_one_image_whose_labels_cannot_be_read(dataset, tmp_path, file, text):
     """It is told, as one whose picture cannot be read is, and the others keep their places in the shards."""
     whole, out = tmp_path / "whole", tmp_path / "scores"
     score(dataset, whole)
     kept = (dataset / file).read_bytes()
-    (dataset / file).write_text("{")
+    (dataset / file).write_text(text)
     came, watcher, _ = score(dataset, out)
     assert came == Outcome(10, 9, 1)
     assert len(watcher.lines) == 1 and "000005.json" in watcher.lines[0]
@@ -323,8 +332,12 @@ def test_labels_of_a_list_are_corrected(tmp_path):
     listed(tmp_path / "list", *lines)
     assert score(folder, tmp_path / "scores")[0] == Outcome(2, 1, 0)
     other = listed(tmp_path / "other", *reversed(lines))
-    with pytest.raises(InputError, match="holds scores of another dataset"):
-        score(other, tmp_path / "scores")
+    # Names are alike in many lists, pictures are not.
+    same = listed(tmp_path / "same", *lines)
+    cv2.imwrite(str(same / "a.png"), np.zeros((96, 48, 3), np.uint8))
+    for another in (other, same):
+        with pytest.raises(InputError, match="holds scores of another dataset"):
+            score(another, tmp_path / "scores")
 
 
 def test_no_image_that_can_be_scored(dataset, tmp_path):

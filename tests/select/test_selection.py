@@ -114,6 +114,8 @@ def test_like_real_takes_scores_of_real_images(dataset, tmp_path):
     # 5 is between them, 2 cos 10° + cos 30° in all; then 2 adds more than 6 does.
     ranked = {line["rank"]: line["name"] for line in kept(tmp_path / "three")}
     assert ranked == {1: "images/000005", 2: "images/000002"}
+    backwards = scores(tmp_path / "backwards", streets, both[::-1])
+    select(dataset, scored, tmp_path / "three", wanted, real=backwards)
     with pytest.raises(InputError, match="holds another selection: real was"):
         select(dataset, scored, tmp_path / "two", wanted, real=more)
     other = scores(tmp_path / "other", streets, both, attrs.evolve(ORIGIN, model="another"))
@@ -223,6 +225,13 @@ def test_images_that_cannot_be_read_are_left_out(dataset, tmp_path):
     assert came == Outcome(2, 6, 3) and "images/000003.png" in told[3]
     with pytest.raises(InputError, match="--keep: 8: 7 of 7 images are left"):
         select(dataset, scored, tmp_path / "more", Wanted("cfds", 8))
+
+
+def test_a_damaged_label_of_an_image_that_is_not_kept(dataset, scored, tmp_path):
+    (dataset / "labels/dmpr/000008.json").write_text("{")
+    select(dataset, scored, tmp_path / "kept", Wanted("cfds", 3), way="copy")
+    assert len(kept(tmp_path / "kept")) == 3
+    assert "cannot be read" in (tmp_path / "kept" / "report.html").read_text()
 
 
 def test_an_image_that_could_be_scored_is_not_left_out(dataset, tmp_path, monkeypatch):

@@ -74,12 +74,16 @@ def sweep(
     spare(out, (), map(str, (dataset, scores, test, validation)), "")
     wanted = Sweep(dataset, scores, test, validation, keep, training=Training(steps=steps, batch=batch), **asked)
     files.writable(out)
-    faults: list[str] = []
-    trials = swept(wanted, out.absolute(), workers, click.echo, faults.append)
+    faults = 0
+
+    def left_out(line: str) -> None:
+        nonlocal faults
+        faults += 1
+        click.echo(line, err=True)
+
+    trials = swept(wanted, out.absolute(), workers, click.echo, left_out)
     written = quantity.write(wanted, trials, out.absolute())
     click.echo(f"\n{written}\n{out / 'sweep.md'}")
-    for fault in faults:
-        click.echo(fault, err=True)
     if not any(trial.figures["validation"]["f1"] for trial in trials):
         click.echo(f"{validation}: no point found there is right: no confidence is better than another", err=True)
     return int(bool(faults))

@@ -276,10 +276,11 @@ def _scene(path: Path) -> tuple[Frame, dict[str, str]]:
         kinds = {slot["kind"] for slot in scene.get("slots", ())}
         kinds |= {"original" for marking in scene.get("markings", ()) if marking["kind"] == "original"}
         shown = [name for name in OPTIONAL if scene.get(name) is not None]
+        kind = "+".join(sorted(kinds)) or "none"
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         fault = f"{type(error).__name__}: {error}"
         raise InputError(path, f"is no scene as pavemark render writes it: {fault}") from None
-    return frame, {"domain": "+".join(shown) or "base", "kind": "+".join(sorted(kinds)) or "none"}
+    return frame, {"domain": "+".join(shown) or "base", "kind": kind}
 
 
 def _dmpr(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -287,7 +288,7 @@ def _dmpr(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     told = read_json(path)
     try:
         marks, slots = _rows(told["marks"], 5), _rows(told["slots"], 4)[:, :2]
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, OverflowError, TypeError, ValueError):
         raise InputError(
             path, "marks and slots: lists of [x, y, x_dir, y_dir, shape] and [i, j, type, angle]"
         ) from None

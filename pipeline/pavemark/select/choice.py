@@ -113,6 +113,12 @@ def _ordered(
         "random": lambda: strategies.random(candidates, wanted.seed),
         "coverage": lambda: strategies.coverage(candidates, wanted.seed, wanted.quantiles),
         "learnable": lambda: strategies.learnable(candidates, learner or {}, wanted.learnable),
-        LIKE_REAL: lambda: like_real(candidates, embeddings([each.name for each in candidates]), real),
+        LIKE_REAL: lambda: like_real(
+            candidates,
+            embeddings([each.name for each in candidates]),
+            real,
+            # Of a plate near-duplicates go first, and the others may be kept.
+            wanted.cap_per_plate if wanted.near_duplicates is None else None,
+        ),
     }
     return orders[wanted.strategy]() if candidates else []

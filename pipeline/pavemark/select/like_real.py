@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+from collections import Counter
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -18,7 +19,9 @@ BLOCK = 1024
 """Images that are compared with all real ones at a time: memory does not grow with their number."""
 
 
-def like_real(candidates: Sequence[Candidate], embeddings: np.ndarray, real: np.ndarray) -> Iterator[Candidate]:
+def like_real(
+    candidates: Sequence[Candidate], embeddings: np.ndarray, real: np.ndarray, cap_per_plate: int | None = None
+) -> Iterator[Candidate]:
     """The images that real ones look like, those that stand for most of them first.
 
     How well a set of images stands for the real ones is the sum, over the real ones, of the cosine to that of the set
@@ -36,6 +39,8 @@ def like_real(candidates: Sequence[Candidate], embeddings: np.ndarray, real: np.
         Of the candidates. One of length nought is at right angles to all.
     real : ndarray (R, E) float32
         Of the real images, by the same detector.
+    cap_per_plate : int or None
+        Most images of a plate: others of it stand for no real image, for they are not kept.
 
     Yields
     ------
@@ -51,11 +56,18 @@ def like_real(candidates: Sequence[Candidate], embeddings: np.ndarray, real: np.
     by_name = sorted(range(len(candidates)), key=lambda k: candidates[k].name)
     seen, shown = _directions(np.asarray(embeddings)[by_name]), _directions(real)
     left = np.ones(len(seen), bool)
+    plates: Counter[str | None] = Counter()
+    first = _first(seen, shown)
     while left.any():
         most = np.full(len(shown), -WHOLE - 1)  # below any cosine: the first of a round adds something
-        ahead = _first(seen, np.flatnonzero(left), shown, most)
+        ahead = [(-int(first[k]), k) for k in np.flatnonzero(left).tolist()]
+        heapq.heapify(ahead)
         while ahead:
             _, k = heapq.heappop(ahead)
+            plate = candidates[by_name[k]].plate
+            if cap_per_plate is not None and plates[plate] >= cap_per_plate:
+                left[k] = False
+                continue
             alike = _alike(seen[[k]], shown)[0]
             gain = int(np.maximum(alike - most, 0).sum())
             if ahead and (-gain, k) > ahead[0]:
@@ -64,19 +76,15 @@ def like_real(candidates: Sequence[Candidate], embeddings: np.ndarray, real: np.
             if not gain:
                 break
             left[k] = False
+            plates[plate] += 1
             most = np.maximum(most, alike)
             yield candidates[by_name[k]]
 
 
-def _first(seen: np.ndarray, which: np.ndarray, shown: np.ndarray, most: np.ndarray) -> list[tuple[int, int]]:
-    """A heap of what images add before one is chosen, negative, with their numbers."""
-    found = []
-    for start in range(0, len(which), BLOCK):
-        block = which[start : start + BLOCK]
-        gains = np.maximum(_alike(seen[block], shown) - most, 0).sum(1)
-        found += zip((-gains).tolist(), block.tolist(), strict=True)
-    heapq.heapify(found)
-    return found
+def _first(seen: np.ndarray, shown: np.ndarray) -> np.ndarray:
+    """(N,) int64: what images add before one is chosen."""
+    blocks = [_alike(seen[start : start + BLOCK], shown).sum(1) for start in range(0, len(seen), BLOCK)]
+    return np.concatenate([np.empty(0, np.int64), *blocks]) + len(shown) * (WHOLE + 1)
 
 
 def _alike(seen: np.ndarray, shown: np.ndarray) -> np.ndarray:

@@ -19,9 +19,9 @@ GROWS = {"count", "images", "masks", "plates", "calibration"}
 
 
 def dataset_hash(dataset: Path) -> str:
-    """What a dataset is: the job that made it, or the first image of a list. A selection is of its dataset.
+    """What a dataset is: the job that made it, or the first image of a list, its name and its picture.
 
-    The labels of a list may be corrected, as those of a job's images may: `mark` knows.
+    A selection is of its dataset. The labels of a list may be corrected, as those of a job's images may: `mark` knows.
 
     Raises
     ------
@@ -36,8 +36,13 @@ def dataset_hash(dataset: Path) -> str:
         return _hash(json.dumps({name: told[name] for name in told if name not in GROWS}, sort_keys=True).encode())
     if not (folder / LISTED).exists():
         raise InputError(folder, "is no dataset: a folder that pavemark render or select wrote is allowed")
-    first = next(lines(folder / LISTED), (1, {}))[1]
-    return _hash(json.dumps(first.get("image")).encode())
+    first = next(lines(folder / LISTED), (1, {}))[1].get("image")
+    # Many a list begins with 000000.png.
+    seen = b""
+    if isinstance(first, str):
+        with contextlib.suppress(OSError, ValueError):  # what cannot be read is told when it is scored
+            seen = (folder / first).read_bytes()
+    return _hash(json.dumps([first, _hash(seen)]).encode())
 
 
 def selection_hash(dataset: Path) -> str:

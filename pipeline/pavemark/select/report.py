@@ -68,7 +68,11 @@ def report(dataset: Path, candidates: Sequence[Candidate], kept: Sequence[Candid
     }
     shown = {each.name for rows in galleries.values() for row in rows.values() for each in row}
     pictures = (
-        {example.name: example for example in reading.examples(dataset, only=lambda _, name: name in shown)}
+        {
+            example.name: example
+            for example in reading.examples_or_faults(dataset, only=lambda _, name: name in shown)
+            if isinstance(example, Example)
+        }
         if shown
         else {}
     )

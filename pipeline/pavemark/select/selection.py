@@ -267,7 +267,8 @@ def record(
         "model": scored.model,
         "learner_family": learner and learner.family,
         "learner": learner and learner.model,
-        "real": None if shown is None else hashlib.sha256(shown.tobytes()).hexdigest(),
+        # In whatever order they were scored.
+        "real": None if shown is None else hashlib.sha256(b"".join(sorted(map(bytes, shown)))).hexdigest(),
         "pavemark": __version__,
     }
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import attrs
@@ -83,12 +83,14 @@ def conduct(study: Study, folder: Path, workers: int, tell: Tell, only_told: boo
         hold_apart(parts)
         hold_judgeable({part: parts[part] for part in JUDGED})
         _hold_shares(study, len(parts["train"]))
+        _hold_parts(study, len(parts["train"]))
     made = pools.there(study, folder) if only_told else pools.make(study, parts["train"], folder, workers)
     data = Data(
         tuple(parts["train"]),
         {pool: tuple(pools.learnt_from(path, parts["train"])) for pool, path in made.items()},
     )
-    _hold_parts(study, data)
+    if not only_told:
+        _hold_parts(study, len(parts["train"]), {pool: len(images) for pool, images in data.pools.items()})
     first = next(row for row in study.rows if row.name == study.judge)
     trial = trials(study, [first], data)[0]
     if only_told and not _trained(trial, folder):
@@ -145,11 +147,13 @@ def _hold_shares(study: Study, real: int) -> None:
             )
 
 
-def _hold_parts(study: Study, data: Data) -> None:
-    """Hold that each part of a row has an image, before hours of work."""
+def _hold_parts(study: Study, real: int, images: Mapping[str, int] | None = None) -> None:
+    """Hold that each part of a row has an image; of rows that keep whole pools as soon as those are there."""
     for row in study.rows:
-        many = row.keep if row.keep is not None else sum(len(data.pools[pool]) for pool in row.pools)
-        many += round(row.real * len(data.real))
+        whole = row.pools if row.keep is None else ()
+        if whole and images is None:
+            continue
+        many = (row.keep or 0) + sum(images[pool] for pool in whole) + round(row.real * real)
         if many < row.parts:
             raise InputError(f"rows: {row.name}", f"parts = {row.parts}: up to {many}, its images, are allowed")
 
