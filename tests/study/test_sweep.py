@@ -286,7 +286,7 @@ def test_what_cannot_be_judged_by_is_told_before_anything_is_trained(wanted, tmp
     refused("west_1.png: .*cannot be read|west_1.png: .*no such", test=gone)
     cv2.imwrite(str(other / "west_1.png"), np.zeros((9, 9, 3), np.uint8))
     refused("west_1.png: is 9×9 px: 48×96", validation=other)
-    refused("west_0: is listed twice", test=real(tmp_path / "twice", "west_0", "west_0"))
+    refused("west_0: is in the set twice", test=real(tmp_path / "twice", "west_0", "west_0"))
     assert not taught
 
 

@@ -15,7 +15,7 @@ from pavemark.detect.example import Example
 from pavemark.detect.reading import hold_labelled, picture
 from pavemark.errors import InputError
 from pavemark.evaluate.curve import best_threshold
-from pavemark.evaluate.judge import judged, judged_together
+from pavemark.evaluate.judge import Alike, judged, judged_together
 from pavemark.evaluate.results import plain, plain_curve, result
 from pavemark.evaluate.tally import Judged
 from pavemark.select.scoring import versions
@@ -72,15 +72,13 @@ def hold_judgeable(parts: Mapping[str, Sequence[Example]]) -> None:
     Raises
     ------
     InputError
-        When a picture cannot be read or is of another size than its labels say, one is listed twice, its marking
-        points are not known, or there is none in a part.
+        When a picture cannot be read or is of another size than its labels say, one is listed twice or is labelled
+        otherwise than those before it, its marking points are not known, or there is none in a part.
     """
     for part, examples in parts.items():
-        names: set[str] = set()
+        alike = Alike()
         for example in examples:
-            if example.name in names:
-                raise InputError(part, f"{example.name}: is listed twice: once is allowed")
-            names.add(example.name)
+            alike.hold(example)
             hold_labelled(example)
             picture(example)
         if not any(len(example.points) for example in examples):
